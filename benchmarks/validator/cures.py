@@ -28,14 +28,13 @@ from benchmarks.validator.corpus.specimen import Split
 from aidsr.core.artifacts import Fault, ValidationReport
 from aidsr.fixes import FIXES, fix
 from aidsr.validation import validate
+from aidsr.validation.fixing import fix_until_stable
 from aidsr.validation.registry import builtin_rules
 from aidsr.validation.rules_page import EXAMPLE_ARM
 
 _HERE = Path(__file__).parent
 _ROUNDS = 4
 """A fix is applied again while its fault is there: the milder ones come first."""
-_ROUNDS_OF_ALL = 8
-"""The same for all faults of a robot, those that the first one hid among them."""
 _WARNED = ("tendon_skips_segments", "tendon_slack", "thin_wall", "cable_shared", "overlap_hidden", "only_opens")
 _FORCE = ("actuator_gear", "actuator_gainprm", "actuator_biasprm", "actuator_ctrlrange", "actuator_forcerange")
 """Numbers that make the force of an actuator together: a longer range is as good a cure as a larger gear."""
@@ -229,19 +228,11 @@ def by_fix(mistake: Mistake) -> str | None:
     return text if changed else None
 
 
-def by_all_fixes(mistake: Mistake) -> str | None:
-    """Return the robot as the fixes of all its errors leave it, one after the other; None where its own has no fix."""
+def until_stable(mistake: Mistake) -> str | None:
+    """Return the robot as `aidsr.fix_until_stable` leaves it; None where its own fault has no fix."""
     if not any(mistake.code in each.cures for each in FIXES):
         return None
-    text = mistake.bad
-    for _ in range(_ROUNDS_OF_ALL):
-        report = validate(text, **mistake.arguments)
-        found = [fault for fault in report.faults if fault.severity == "error" or fault.code == mistake.code]
-        answer = fix(text, found)
-        if not found or not answer.notes:
-            break
-        text = answer.mjcf
-    return text if text != mistake.bad else None
+    return fix_until_stable(mistake.bad, also=mistake.code, **mistake.arguments).mjcf
 
 
 def by_words(mistake: Mistake) -> str | None:
@@ -306,7 +297,7 @@ def _of_split(split: str, rows: Sequence[Row]) -> list[str]:
     alone = [row for row in rows if row["cure"] == "fix"]
     by_code: dict[str, list[Row]] = {
         "its own fault alone": alone,
-        "all errors, one after the other": [row for row in rows if row["cure"] == "all"],
+        "until stable": [row for row in rows if row["cure"] == "until stable"],
     }
     for row in alone:
         by_code.setdefault(f"`{row['code']}` alone", []).append(row)
@@ -317,7 +308,8 @@ def _of_split(split: str, rows: Sequence[Row]) -> list[str]:
         f"## Robots of the corpus, {split}",
         "",
         f"Made by `python -m benchmarks.validator.cures --split '{split}'`: the bad robots with a fault that a fix by",
-        "code can be tried on. `aidsr fix` is given that fault alone, as above, or all errors, up to eight rounds.",
+        "code can be tried on. *Alone*: `aidsr.fix` is given that fault, as above. *Until stable*:",
+        "`aidsr.fix_until_stable`, which keeps the best version, and none with an error that the robot did not have.",
         "",
         *_counts("fixed", by_code),
         *(["", "| fixed | not cured | outcome | errors left | robots |", "|---|---|---|---|---|"] if left else []),
@@ -346,7 +338,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     mujoco.set_mju_user_warning(lambda _message: None)
     if options.split:
-        mistakes, ways = of_corpus(options.split, options.kept, options.processes), {"fix": by_fix, "all": by_all_fixes}
+        mistakes, ways = (
+            of_corpus(options.split, options.kept, options.processes),
+            {"fix": by_fix, "until stable": until_stable},
+        )
     else:
         mistakes, ways = examples(), {"fix": by_fix, "words": by_words}
     with ThreadPoolExecutor(options.processes) as pool:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from aidsr.runs import Run
     from aidsr.tasks import Task, load_task
     from aidsr.validation import validate
+    from aidsr.validation.fixing import fix_until_stable
 
 __all__ = [
     "Model",
@@ -31,6 +32,7 @@ __all__ = [
     "evaluate",
     "export",
     "fix",
+    "fix_until_stable",
     "load_task",
     "probe",
     "resume",
@@ -50,6 +52,7 @@ _MODULES = {
     "evaluate": "aidsr.api",
     "export": "aidsr.api",
     "fix": "aidsr.fixes",
+    "fix_until_stable": "aidsr.validation.fixing",
     "load_task": "aidsr.tasks",
     "probe": "aidsr.api",
     "resume": "aidsr.loop.run",

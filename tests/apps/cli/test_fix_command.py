@@ -10,6 +10,9 @@ import pytest
 from aidsr.apps.cli import main
 from aidsr.apps.cli.fix import fixes_table
 from aidsr.fixes import fix
+from aidsr.validation import validate
+from aidsr.validation.registry import require_rule
+from aidsr.validation.rules_page import EXAMPLE_ARM
 
 SLIP = """<mujoco>
   <worldbody>
@@ -106,3 +109,17 @@ def test_the_docs_list_every_fix(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_what_the_command_writes_is_what_the_function_returns(slip: Path) -> None:
     assert fix(slip).mjcf == GOOD.rstrip("\n")
+
+
+def test_with_simulate_it_fixes_what_simulation_finds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    rule = require_rule("underdamped")
+    assert rule.example
+    Path("robot.xml").write_text(rule.example.fails(EXAMPLE_ARM))
+    assert run("robot.xml", "--out", "safe.xml") == 0
+    assert not validate("safe.xml").stable
+    assert run("robot.xml", "--simulate", "--out", "stable.xml") == 0
+    assert validate("stable.xml").stable
+    assert "underdamped: " in capsys.readouterr().out

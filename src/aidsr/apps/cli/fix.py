@@ -22,13 +22,14 @@ def fix(
     out: Annotated[Path | None, Parameter(show_default=False)] = None,
     in_place: _Flag = False,
     force: _Flag = False,
+    simulate: _Flag = False,
     list_fixes: Annotated[bool, Parameter(name="--list", negative="", show_default=False)] = False,
 ) -> int:
-    """Fix what can mean only one thing in the MJCF of robots or scenes.
+    """Fix what can mean only one thing in the MJCF of robots or scenes; with --simulate, what simulation finds.
 
     Prints what is fixed, and writes nothing without --out or --in-place. Exit code 0 means that no fault is left that
-    can be read off the document, 1 that some are or that the fixes were not written, 2 a mistake in the command; of
-    several files the worst. A document without faults comes out byte for byte.
+    can be read off the document (with --simulate, no error), 1 that some are or that the fixes were not written, 2 a
+    mistake in the command; of several files the worst. A document without faults comes out byte for byte.
 
         aidsr fix robot.xml
 
@@ -37,6 +38,8 @@ def fix(
         aidsr fix robots/*.xml --in-place
 
         cat robot.xml | aidsr fix - > fixed.xml
+
+        aidsr fix robot.xml --simulate --out stable.xml
 
     Parameters
     ----------
@@ -48,6 +51,9 @@ def fix(
         Write the fixed text back to the file it came from.
     force
         Let --out replace a file that exists.
+    simulate
+        Also apply fixes that change the robot, and validate in between, until it is stable or nothing helps any more.
+        The version with the fewest errors is kept, and none with an error that the robot did not have.
     list_fixes
         Print all fixes as a Markdown table, with the fault codes they cure, and nothing else.
     """
@@ -66,19 +72,20 @@ def fix(
         raise UserError(f"{out} exists; name another file for --out, or add --force to replace it")
     if in_place and _STANDARD_INPUT in files:
         raise UserError("standard input cannot be fixed in place; leave out --in-place")
-    return max([_fix_file(file, Path(file) if in_place else out) for file in files])
+    return max([_fix_file(file, Path(file) if in_place else out, simulate=simulate) for file in files])
 
 
-def _fix_file(file: str, target: Path | None) -> int:
+def _fix_file(file: str, target: Path | None, *, simulate: bool) -> int:
     """Fix one file, write it where it goes, print what was fixed, and return the exit code."""
     from aidsr.apps.cli.output_file import write_output
     from aidsr.apps.cli.terminal import write, write_document
     from aidsr.fixes import fix
     from aidsr.mjcf.read import decode_mjcf, open_mjcf
+    from aidsr.validation.fixing import fix_until_stable
 
     from_stdin = file == _STANDARD_INPUT
     text = decode_mjcf(sys.stdin.buffer.read(), "standard input") if from_stdin else open_mjcf(Path(file))
-    result = fix(text)
+    result = fix_until_stable(text) if simulate else fix(text)
     fixed = result.mjcf + "\n" * (text.endswith("\n") and not result.mjcf.endswith("\n"))
     written = True
     if target is not None:
