@@ -34,7 +34,7 @@ RESULTS, PAGE, MORE = (Path(__file__).with_name(name) for name in ("results.json
 HELD_OUT = ("gate", "shelf", "trace")
 """Examples on which nothing was tuned; drawn by random.Random(30).sample(names, 3) before anything was changed."""
 SEED = 1
-"""Of the probe that is reported. The design was chosen by seed 0; the Judge asks seeds 0, 2 and 3."""
+"""Of the probe that is reported. The design was chosen and judged by seed 0."""
 
 
 Part = Literal["check", "design"]
@@ -121,8 +121,7 @@ def page(rows: dict[tuple[str, str], Row]) -> str:
         "# Jobs of one's own",
         "",
         "`python -m benchmarks.own_jobs.run`: each job checked, designed by the built-in rules with one concept, and",
-        f"the approved design probed with seed {SEED}, two variations. It was chosen by seed 0 and judged by seeds 0,",
-        "2 and 3; by seed 0 alone where the Judge speaks of no searches, as in rows made before it asked for three.",
+        f"the approved design probed with seed {SEED} (it was chosen and judged by seed 0), two variations.",
         f"Idle and noise: of {EPISODES} episodes, those won by doing nothing and anything, by the reference body of",
         "`aidsr check` and by the approved design.",
         f"Commits {', '.join(sorted({row.commit for row in rows.values()}))}; {', '.join(versions)}.",

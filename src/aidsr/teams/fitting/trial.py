@@ -139,8 +139,6 @@ def fit(
     variations: int,
     max_steps: int,
     *,
-    first: int = 0,
-    seed: int = 0,
     explain: bool = False,
 ) -> Fit:
     """Return how far a body comes, measured in an isolated process.
@@ -152,8 +150,6 @@ def fit(
         candidates: Motions tried for each variation.
         variations: How many development variations.
         max_steps: Physics steps of all simulations together.
-        first: Index of the first variation.
-        seed: Of the search.
         explain: Say why, where no motion succeeds.
 
     Raises:
@@ -161,9 +157,7 @@ def fit(
         IsolationError: The trial exceeded its limits.
     """
     placed = TaskScene.of(scene, task, groups=groups)
-    found = probe_scene(
-        placed, candidates=candidates, variations=variations, first=first, max_steps=max_steps, seed=seed, threads=1
-    )
+    found = probe_scene(placed, candidates=candidates, variations=variations, max_steps=max_steps, threads=1)
     best = found.best
     success = best.episode.ended == "succeeded"
     explained = explain and not success
