@@ -50,7 +50,28 @@ def test_it_names_the_world_the_sensors_and_the_actuators(summary: EnvironmentSu
     assert summary.gravity_m_s2 == (0.0, 0.0, -1.62)
     assert summary.timestep_s == 0.005
     assert summary.sensors == ("slide_position",)
-    assert summary.actuators == ("slide",)
+    assert summary.actuators == ("slide: commands the position of slide",)
+
+
+def test_it_says_what_a_command_means() -> None:
+    actuators = (
+        '<intvelocity name="feed" joint="rail" kp="100" ctrlrange="-0.05 0.05" actrange="0 0.4"/>'
+        '<position name="turn" joint="door" kp="10" ctrlrange="0 1.5707963"/>'
+        '<velocity name="spin" joint="door" kv="1" ctrlrange="-1 1"/>'
+        '<motor name="push" joint="rail" ctrlrange="-2 2"/>'
+        '<motor name="blow" site="mount" gear="1 0 0 0 0 0"/>'
+    )
+    world = (
+        '<mujoco><worldbody><site name="mount"/><body><joint name="rail" type="slide"/><geom size="0.1"/></body>'
+        '<body><joint name="door"/><geom size="0.1"/></body></worldbody>'
+    )
+    assert summarize_environment(f"{world}<actuator>{actuators}</actuator></mujoco>").actuators == (
+        "feed: commands the speed of rail, -0.05 to 0.05 m/s, until it is at an end of 0 to 0.4 m",
+        "turn: commands the position of door, 0 to 90 deg",
+        "spin: commands the speed of door, -57.2958 to 57.2958 deg/s",
+        "push: commands the force on rail, -2 to 2 N",
+        "blow",
+    )
 
 
 def test_a_mount_says_where_a_robot_would_point_and_what_moves_it(summary: EnvironmentSummary) -> None:

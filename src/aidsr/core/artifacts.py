@@ -98,6 +98,7 @@ class EnvironmentSummary(Artifact):
     sites: tuple[SiteSummary, ...]
     sensors: tuple[str, ...]
     actuators: tuple[str, ...]
+    """Each by its name and, where it drives a hinge or slide, what its command means: quantity, unit and range."""
 
 
 class Keep(Artifact):

@@ -34,7 +34,7 @@ def describe_environment(summary: EnvironmentSummary) -> str:
         ),
         _section("Sites", sites),
         f"Sensors: {', '.join(summary.sensors)}" if summary.sensors else "",
-        f"Actuators of the environment: {', '.join(summary.actuators)}" if summary.actuators else "",
+        _section("Actuators of the environment", [f"- {actuator}" for actuator in summary.actuators]),
     ]
     return "\n\n".join(section for section in sections if section)
 
