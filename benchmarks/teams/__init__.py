@@ -1,0 +1,1 @@
+"""Designs of teams that a language model plays, trained and judged side by side."""

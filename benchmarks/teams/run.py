@@ -1,0 +1,249 @@
+"""Train and judge the designs of runs that a language model answered, and compare the teams.
+
+    aidsr design --task incline --model manual:desk --runs build/teams/incline-four_roles    # and somebody answers
+    python -m benchmarks.teams.run build/teams/*/*
+
+One row a design goes to results.jsonl and the table made of them to results.md. A design that was not approved has a
+row too. The same command goes on with what is left; `--write-only` makes the table alone, `--publish` copies what makes
+the robots again (`aidsr design --model replay:RUN`) to transcripts/.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import sys
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import fmean
+
+from aidsr.api import find_scene
+from aidsr.core.artifacts import Artifact, Evaluation
+from aidsr.core.rates import Rate
+from aidsr.learn.rl.recipe import PROTOCOLS
+from aidsr.learn.rl.trained import evaluate_training
+from aidsr.learn.rl.training import train
+from aidsr.runs import Run, read_status
+from aidsr.runs.files import replace_file
+from aidsr.runs.folders import DesignFolder
+from aidsr.runs.record import RunRecord
+from aidsr.tasks import BENCHMARK_VERSION
+
+HOME = Path(__file__).parent
+RESULTS = HOME / "results.jsonl"
+PAPER_TOKENS_A_SUCCESS = 151_000 / 0.267
+"""Tokens for each successful design. Source: the AID-SR paper, 151,000 tokens a design, 26.7 % successful."""
+_KEPT = ("run.json", "brief.json", "environment.xml", "concepts.json")
+"""Of a run, beside its recorded calls."""
+_FINAL = ("final.xml", "final_robot.xml", "outcome.json")
+"""Of each design."""
+
+
+class Row(Artifact):
+    """What came of one design."""
+
+    task: str
+    team: str
+    run: str
+    """Name of the run's folder."""
+    design: int
+    concept: str
+    outcome: str
+    """As in outcome.json of the design."""
+    first_stable: bool
+    """Whether the first robot that was written is sound and in scope, after fixes by code."""
+    iterations: int
+    calls: int
+    tokens: int
+    """Visible ones, read and written; those of the Designer are shared evenly."""
+    latency_s: float
+    valid: bool = False
+    successful: bool = False
+    success_share: float = 0.0
+    progress: float = 0.0
+    """Mean of the furthest that each held-out episode came."""
+    episodes: int = 0
+    kept_perturbed: float | None = None
+    """Share of success kept where parameters, delays and friction are off; None where nothing was won."""
+    failed_checks: tuple[str, ...] = ()
+    steps: int = 0
+    most_steps: int = 0
+    training_s: float = 0.0
+    commit: str = ""
+    """Of the source that judged."""
+    scene_sha256: str = ""
+    benchmark_version: int = BENCHMARK_VERSION
+
+
+@dataclass(frozen=True)
+class Asked:
+    """How designs are trained."""
+
+    steps: int
+    perturbed: bool
+
+
+def main() -> None:
+    """Do what is left, then write the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("runs", nargs="*", type=Path, help="run folders")
+    parser.add_argument("--steps", type=int, default=60_000, help="control steps a policy, at most")
+    parser.add_argument("--perturbed", action="store_true", help="judge winners in perturbed scenes as well")
+    parser.add_argument("--write-only", action="store_true", help="write the table of what is there")
+    parser.add_argument("--publish", action="store_true", help="copy the runs' recorded calls to transcripts/")
+    given = parser.parse_args()
+    asked = Asked(given.steps, given.perturbed)
+    rows = list(read_rows(RESULTS))
+    done = {(row.run, row.design) for row in rows}
+    for run in map(Run, given.runs):
+        if given.publish:
+            publish(run, HOME / "transcripts" / run.path.parent.name)
+        if given.write_only:
+            continue
+        for folder in run.designs:
+            if (run.name, folder.number) not in done and folder.outcome.read() is not None:
+                rows.append(row_of(run, folder, asked))
+                replace_file(RESULTS, "".join(row.model_dump_json() + "\n" for row in rows).encode())
+                sys.stdout.write(line_of(rows[-1]) + "\n")
+                sys.stdout.flush()
+    replace_file(HOME / "results.md", table(rows).encode())
+
+
+def read_rows(path: Path) -> tuple[Row, ...]:
+    """Return the rows in a file, none where there is no file."""
+    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    return tuple(Row.model_validate_json(line) for line in lines)
+
+
+def team_of(record: RunRecord) -> str:
+    """Return how a run designed, in the words of the table."""
+    if record.config.team == "measuring":
+        return "measuring"
+    return "four roles with task feedback" if record.config.task_feedback else "four roles"
+
+
+def row_of(run: Run, folder: DesignFolder, asked: Asked) -> Row:
+    """Train an approved design, judge its policy, and return its row."""
+    record, state = run.asked(), read_status(run).design(folder.number)
+    first = folder.iterations[0].robot_report.read() if folder.iterations else None
+    row = Row(
+        task=record.task,
+        team=team_of(record),
+        run=run.name,
+        design=folder.number,
+        concept=state.concept,
+        outcome=state.outcome.outcome if state.outcome else "unfinished",
+        first_stable=bool(first and first.stable),
+        iterations=state.iteration,
+        calls=state.usage.calls,
+        tokens=state.usage.input_tokens + state.usage.output_tokens,
+        latency_s=round(state.latency_s, 1),
+        most_steps=asked.steps,
+    )
+    if row.outcome != "approved":
+        return row
+    home = folder.path / "training" / f"best-{asked.steps}"
+    found = find_scene(folder).for_learning("auto")
+    training = train(found, home, steps=asked.steps, recipe=PROTOCOLS["best"], threads=1)
+    verdict = evaluate_training(home, threads=1, videos=False)
+    if asked.perturbed and verdict.success_share:
+        verdict = evaluate_training(home, threads=1, videos=False, perturbed=True)
+    return row.model_copy(
+        update={
+            "valid": verdict.valid,
+            "successful": verdict.successful,
+            "success_share": verdict.success_share,
+            "progress": round(fmean(episode.best_progress for episode in verdict.episodes), 3),
+            "episodes": len(verdict.episodes),
+            "kept_perturbed": _kept(verdict),
+            "failed_checks": tuple(check.name for check in verdict.checks if not check.passed),
+            "steps": training.steps,
+            "training_s": round(training.wall_s, 1),
+            "commit": verdict.commit,
+            "scene_sha256": verdict.scene_sha256,
+        }
+    )
+
+
+def _kept(verdict: Evaluation) -> float | None:
+    if not verdict.perturbed or not verdict.success_share:
+        return None
+    return round(fmean(each.success_share for each in verdict.perturbed) / verdict.success_share, 3)
+
+
+def table(rows: Sequence[Row]) -> str:
+    """Return the page."""
+    steps = sorted({row.most_steps for row in rows})
+    lines = [
+        "# Teams compared, played by a language model",
+        "",
+        f"Made by `python -m benchmarks.teams.run build/teams/*/*`; see README.md for who answered and what was seen. "
+        f"Trained by protocol `best` for at most {' or '.join(f'{each:,}' for each in steps)} control steps (the "
+        f"benchmark's budget is 300,000), one seed, judged by version {BENCHMARK_VERSION} of the benchmark on 100 "
+        "held-out episodes. *Successful*: valid, and at least half of them won. Tokens are visible ones, by bytes / 3. "
+        "Intervals: Wilson, 95 %.",
+        "",
+        "| team | tasks | designs | first robot stable | approved | valid | successful | tokens a design | "
+        "calls a design | tokens a successful design |",
+        "|---|---|---|---|---|---|---|---|---|---|",
+        *(_summary(team, [row for row in rows if row.team == team]) for team in _unique(row.team for row in rows)),
+        "",
+        "For reference, the paper reports 151,000 tokens a design and 26.7 % successful: "
+        f"{PAPER_TOKENS_A_SUCCESS:,.0f} tokens a successful design, on tasks that are not public.",
+        "",
+        "| task | team | concept | outcome | valid | successful | episodes won | progress | perturbed, kept | "
+        "iterations | calls | tokens | designing, wall s |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
+        *(line_of(row) for row in sorted(rows, key=lambda row: (row.task, row.team, row.run, row.design))),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _unique(names: Iterable[str]) -> list[str]:
+    return list(dict.fromkeys(names))
+
+
+def _summary(team: str, rows: Sequence[Row]) -> str:
+    tokens, won = sum(row.tokens for row in rows), sum(row.successful for row in rows)
+    return (
+        f"| {team} | {len({row.task for row in rows})} | {len(rows)} | {_rate(row.first_stable for row in rows)} | "
+        f"{_rate(row.outcome == 'approved' for row in rows)} | {_rate(row.valid for row in rows)} | "
+        f"{_rate(row.successful for row in rows)} | {tokens / len(rows):,.0f} | "
+        f"{fmean(row.calls for row in rows):.1f} | {f'{tokens / won:,.0f}' if won else 'none succeeded'} |"
+    )
+
+
+def _rate(values: Iterable[bool]) -> str:
+    found = list(values)
+    rate = Rate(sum(found), len(found))
+    return f"{rate.hits} of {rate.of} ({rate.interval.low:.0%} to {rate.interval.high:.0%})"
+
+
+def line_of(row: Row) -> str:
+    """Return the line of one design."""
+    words = [row.task, row.team, row.concept, row.outcome]
+    words += [_yes(row.valid), _yes(row.successful), f"{row.success_share:.0%}", f"{row.progress:.2f}"]
+    words += ["" if row.kept_perturbed is None else f"{row.kept_perturbed:.0%}", str(row.iterations), str(row.calls)]
+    return "| " + " | ".join([*words, f"{row.tokens:,}", f"{row.latency_s:.0f}"]) + " |"
+
+
+def _yes(value: bool) -> str:
+    return "yes" if value else "no"
+
+
+def publish(run: Run, target: Path) -> None:
+    """Copy what `replay:` needs, and the final robots and scenes."""
+    shutil.rmtree(target, ignore_errors=True)
+    names = [name for name in _KEPT if (run.path / name).exists()]
+    found = [run.path / name for name in names]
+    found += [path for path in run.path.rglob("*.json") if "calls" in path.relative_to(run.path).parts]
+    found += [path for name in _FINAL for path in run.path.glob(f"designs/*/{name}")]
+    for path in found:
+        copy = target / path.relative_to(run.path)
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(path, copy)
+
+
+if __name__ == "__main__":
+    main()
