@@ -1,7 +1,10 @@
 """Train and judge the designs of runs that a language model answered, and compare the teams.
 
-    aidsr design --task incline --model manual:desk --runs build/teams/incline-four_roles    # and somebody answers
+    aidsr design --task incline --model manual:desk --runs build/teams/four-roles      # and somebody answers
+    aidsr design --task incline --model manual:desk --runs build/teams/measuring --team measuring --concepts 1
     python -m benchmarks.teams.run build/teams/*/*
+
+The folder that holds a run names its arm.
 
 One row a design goes to results.jsonl and the table made of them to results.md. A design that was not approved has a
 row too. The same command goes on with what is left; `--write-only` makes the table alone, `--publish` copies what makes
@@ -27,7 +30,6 @@ from aidsr.learn.rl.training import train
 from aidsr.runs import Run, read_status
 from aidsr.runs.files import replace_file
 from aidsr.runs.folders import DesignFolder
-from aidsr.runs.record import RunRecord
 from aidsr.tasks import BENCHMARK_VERSION
 
 HOME = Path(__file__).parent
@@ -44,7 +46,8 @@ class Row(Artifact):
     """What came of one design."""
 
     task: str
-    team: str
+    arm: str
+    """How it was designed: the name of the folder that holds the run."""
     run: str
     """Name of the run's folder."""
     design: int
@@ -98,7 +101,7 @@ def main() -> None:
     done = {(row.run, row.design) for row in rows}
     for run in map(Run, given.runs):
         if given.publish:
-            publish(run, HOME / "transcripts" / run.path.parent.name)
+            publish(run, HOME / "transcripts" / run.path.resolve().parent.name / run.asked().task.rpartition("/")[2])
         if given.write_only:
             continue
         for folder in run.designs:
@@ -116,20 +119,13 @@ def read_rows(path: Path) -> tuple[Row, ...]:
     return tuple(Row.model_validate_json(line) for line in lines)
 
 
-def team_of(record: RunRecord) -> str:
-    """Return how a run designed, in the words of the table."""
-    if record.config.team == "measuring":
-        return "measuring"
-    return "four roles with task feedback" if record.config.task_feedback else "four roles"
-
-
 def row_of(run: Run, folder: DesignFolder, asked: Asked) -> Row:
     """Train an approved design, judge its policy, and return its row."""
-    record, state = run.asked(), read_status(run).design(folder.number)
+    state = read_status(run).design(folder.number)
     first = folder.iterations[0].robot_report.read() if folder.iterations else None
     row = Row(
-        task=record.task,
-        team=team_of(record),
+        task=run.asked().task,
+        arm=run.path.resolve().parent.name,
         run=run.name,
         design=folder.number,
         concept=state.concept,
@@ -184,18 +180,18 @@ def table(rows: Sequence[Row]) -> str:
         "held-out episodes. *Successful*: valid, and at least half of them won. Tokens are visible ones, by bytes / 3. "
         "Intervals: Wilson, 95 %.",
         "",
-        "| team | tasks | designs | first robot stable | approved | valid | successful | tokens a design | "
+        "| arm | tasks | designs | first robot stable | approved | valid | successful | tokens a design | "
         "calls a design | tokens a successful design |",
         "|---|---|---|---|---|---|---|---|---|---|",
-        *(_summary(team, [row for row in rows if row.team == team]) for team in _unique(row.team for row in rows)),
+        *(_summary(arm, [row for row in rows if row.arm == arm]) for arm in _unique(row.arm for row in rows)),
         "",
         "For reference, the paper reports 151,000 tokens a design and 26.7 % successful: "
         f"{PAPER_TOKENS_A_SUCCESS:,.0f} tokens a successful design, on tasks that are not public.",
         "",
-        "| task | team | concept | outcome | valid | successful | episodes won | progress | perturbed, kept | "
+        "| task | arm | concept | outcome | valid | successful | episodes won | progress | perturbed, kept | "
         "iterations | calls | tokens | designing, wall s |",
         "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
-        *(line_of(row) for row in sorted(rows, key=lambda row: (row.task, row.team, row.run, row.design))),
+        *(line_of(row) for row in sorted(rows, key=lambda row: (row.task, row.arm, row.run, row.design))),
     ]
     return "\n".join(lines) + "\n"
 
@@ -204,10 +200,10 @@ def _unique(names: Iterable[str]) -> list[str]:
     return list(dict.fromkeys(names))
 
 
-def _summary(team: str, rows: Sequence[Row]) -> str:
+def _summary(arm: str, rows: Sequence[Row]) -> str:
     tokens, won = sum(row.tokens for row in rows), sum(row.successful for row in rows)
     return (
-        f"| {team} | {len({row.task for row in rows})} | {len(rows)} | {_rate(row.first_stable for row in rows)} | "
+        f"| {arm} | {len({row.task for row in rows})} | {len(rows)} | {_rate(row.first_stable for row in rows)} | "
         f"{_rate(row.outcome == 'approved' for row in rows)} | {_rate(row.valid for row in rows)} | "
         f"{_rate(row.successful for row in rows)} | {tokens / len(rows):,.0f} | "
         f"{fmean(row.calls for row in rows):.1f} | {f'{tokens / won:,.0f}' if won else 'none succeeded'} |"
@@ -222,7 +218,7 @@ def _rate(values: Iterable[bool]) -> str:
 
 def line_of(row: Row) -> str:
     """Return the line of one design."""
-    words = [row.task, row.team, row.concept, row.outcome]
+    words = [row.task, row.arm, row.concept, row.outcome]
     words += [_yes(row.valid), _yes(row.successful), f"{row.success_share:.0%}", f"{row.progress:.2f}"]
     words += ["" if row.kept_perturbed is None else f"{row.kept_perturbed:.0%}", str(row.iterations), str(row.calls)]
     return "| " + " | ".join([*words, f"{row.tokens:,}", f"{row.latency_s:.0f}"]) + " |"
