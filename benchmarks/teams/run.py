@@ -97,8 +97,7 @@ def main() -> None:
     parser.add_argument("--publish", action="store_true", help="copy the runs' recorded calls to transcripts/")
     given = parser.parse_args()
     asked = Asked(given.steps, given.perturbed)
-    rows = list(read_rows(RESULTS))
-    done = {(row.run, row.design) for row in rows}
+    done = {(row.run, row.design) for row in read_rows(RESULTS)}
     for run in map(Run, given.runs):
         if given.publish:
             publish(run, HOME / "transcripts" / run.path.resolve().parent.name / run.asked().task.rpartition("/")[2])
@@ -106,11 +105,15 @@ def main() -> None:
             continue
         for folder in run.designs:
             if (run.name, folder.number) not in done and folder.outcome.read() is not None:
-                rows.append(row_of(run, folder, asked))
-                replace_file(RESULTS, "".join(row.model_dump_json() + "\n" for row in rows).encode())
-                sys.stdout.write(line_of(rows[-1]) + "\n")
-                sys.stdout.flush()
-    replace_file(HOME / "results.md", table(rows).encode())
+                _note(row_of(run, folder, asked))
+    replace_file(HOME / "results.md", table(read_rows(RESULTS)).encode())
+
+
+def _note(row: Row) -> None:
+    with RESULTS.open("a", encoding="utf-8") as file:
+        file.write(row.model_dump_json() + "\n")
+    sys.stdout.write(line_of(row) + "\n")
+    sys.stdout.flush()
 
 
 def read_rows(path: Path) -> tuple[Row, ...]:
