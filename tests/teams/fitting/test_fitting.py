@@ -7,7 +7,7 @@ import pytest
 
 from aidsr.core.artifacts import Placement
 from aidsr.core.config import RunConfig
-from aidsr.core.errors import NoBetterDesignError, UserError
+from aidsr.core.errors import IsolationError, NoBetterDesignError, UserError
 from aidsr.examples import examples
 from aidsr.loop.run import create_run, make_brief, parts_of
 from aidsr.loop.runner import run_designs
@@ -157,6 +157,17 @@ def test_no_body_that_comes_near_is_said_and_not_approved(tmp_path, monkeypatch)
     critique = FittingJudge(goal).judge(brief, concept, robot, scene, report)
     assert critique.passed
     assert "a motion wins in 1 of 2 variations that were tried" in critique.summary
+
+    def crash(*_, **__):
+        raise IsolationError("time", "it took more than 600 s")
+
+    monkeypatch.setattr(judge, "fit", crash)
+    critique = FittingJudge(goal).judge(brief, concept, robot, scene, report)
+    assert not critique.passed, "nothing is known of it"
+    assert critique.summary == "This body could not be tried with its goal: it took more than 600 s."
+    (issue,) = critique.issues
+    feedback = f"{issue.component}: {issue.problem}. {issue.suggestion}"
+    assert "It takes the place of" in team.designer.revise(brief, concept, robot, feedback).rationale
 
 
 def test_what_stands_before_the_place_of_work_is_seen():

@@ -18,7 +18,7 @@ from aidsr.core.roles import BodyTried, Feedback, Team
 from aidsr.sim.assembly import assemble
 from aidsr.sim.measure import measure
 from aidsr.tasks.goals import AnyGoal, Goal, GoalTask
-from aidsr.teams.fitting.judge import REFUSED, FittingJudge, task_of
+from aidsr.teams.fitting.judge import REFUSED, UNTRIED, FittingJudge, task_of
 from aidsr.teams.fitting.trial import Fit, Round, fit, is_in_the_way, overlaps, spare_tension
 from aidsr.teams.fitting.views import (
     View,
@@ -310,7 +310,7 @@ class FittingDesigner:
         Raises:
             NoBetterDesignError: No other body that was tried is left.
         """
-        if REFUSED in feedback:
+        if REFUSED in feedback or UNTRIED in feedback:
             return self._next(brief, concept, feedback)
         goal, view = task_of(self.goal, brief).goal, View.of(concept)
         read = as_the_rules_read(brief, goal, view)
