@@ -93,7 +93,8 @@ def test_a_valve_is_turned_from_where_it_is():
     told = task.judging()["Success"]
     assert (
         told
-        == "The joint stem is turned at least 90 deg about its axis from where it was at the start. Held for 0.5 s."
+        == "The joint stem is turned at least 90 deg about its axis by the right hand (thumb along the axis, fingers "
+        "the way it turns) from where it was at the start. Held for 0.5 s."
     )
 
 
