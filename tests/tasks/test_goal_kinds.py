@@ -275,6 +275,14 @@ def test_stages_count_in_their_order_and_are_held_in_between():
     assert task.stage_reached(0.5) == "stage 1 of 2 over, not yet stage 2 of 2 over"
 
 
+def test_a_stage_that_is_met_and_not_yet_held_is_not_told_as_over():
+    task = made(STAGES)
+    progress, _ = played(task, [staged(angle, 0.5) for angle in (0, 20, 45, 45)])
+    assert 0.45 < progress[-1] < 0.5
+    told = "stage 1 of 2 met, to be held for 0.12 s, not yet stage 1 of 2 over"
+    assert task.stage_reached(progress[-1]) == told
+
+
 def test_a_stage_is_held_for_longer_than_most_goals_last_where_the_whole_does():
     goal = parse_goal("time_limit_s = 30\n" + STAGES.replace("hold_s = 0.12", "hold_s = 12"))
     assert goal.stages[0].hold_s == 12

@@ -79,6 +79,9 @@ def test_what_is_best_in_one_variation_of_a_goal_is_tried_in_the_others():
     assert np.array_equal(row[0], best)
     searches[0].add("pull", row, np.zeros(1), solved=False)
     assert [len(rows) for _, _, rows in module._refined(space, searches[0], searches, 16, rng)] == [16], "not twice"
+    searches[0].add("hold", space.sample("hold", 16, rng), np.full(16, 0.01), solved=False)
+    again = module._refined(space, searches[0], searches, 16, rng)
+    assert [(kind, len(rows)) for _, kind, rows in again] == [("pull", 11), ("hold", 5)], "the next best kind as well"
 
 
 def test_a_goal_is_searched_longer_and_by_other_motions():

@@ -43,6 +43,8 @@ _GOAL_CANDIDATES, _GOAL_STEPS = 16 * GENERATION, 1_000_000
 _GOAL_ELITE = 8
 """Motions around which those of a goal are searched, at most. Our choice: half a generation; of a quarter of all that
 was played, as with the benchmark, the spread stayed as wide as at random, and near misses were not mended."""
+_GOAL_ASIDE = 3
+"""One of so many motions is of the next best kind. Our choice: enough for it to catch up within a search."""
 _FEWEST = 4
 """A generation that the budget cuts down to fewer motions is not played. Our choice: fewer say nothing of a kind."""
 
@@ -166,7 +168,12 @@ class _Search:
     @property
     def best_kind(self) -> MotionKind:
         """Kind of the best motion so far."""
-        return max(self.fitness, key=lambda kind: self.fitness[kind].max())
+        return self.kinds[0]
+
+    @property
+    def kinds(self) -> list[MotionKind]:
+        """Kinds of motions that were tried, the one with the best motion first."""
+        return sorted(self.fitness, key=lambda kind: -self.fitness[kind].max())
 
     def has_played(self, kind: MotionKind, row: FloatArray) -> bool:
         """Whether a motion was tried in this variation."""
@@ -299,16 +306,24 @@ def _refined(
 ) -> list[tuple[_Search, MotionKind, FloatArray]]:
     """Return motions for a variation of a goal: the best ones of the other variations, then those around its own best.
 
-    Variations of a goal differ little, so that what wins one often wins the next.
+    Variations of a goal differ little, so that what wins one often wins the next. The kind of motion that leads after
+    few random ones may be unable to win, so a part is spent on the next best kind.
     """
     shared: list[tuple[_Search, MotionKind, FloatArray]] = []
     for other in searches:
         best = other.best_kind, other.best
         if other is not search and not search.has_played(*best) and len(shared) < count // 2:
             shared.append((search, best[0], best[1][None]))
-    kind = search.best_kind
-    known = search.rows[kind], search.fitness[kind]
-    return [*shared, (search, kind, space.refine(*known, count - len(shared), rng, most=_GOAL_ELITE))]
+    first, *second = search.kinds[:2]
+    aside = (count - len(shared)) // _GOAL_ASIDE if second else 0
+    parts = [(first, count - len(shared) - aside), *((kind, aside) for kind in second)]
+    return [
+        *shared,
+        *(
+            (search, kind, space.refine(search.rows[kind], search.fitness[kind], part, rng, most=_GOAL_ELITE))
+            for kind, part in parts
+        ),
+    ]
 
 
 def fitness_of(outcomes: EpisodeOutcomes) -> FloatArray:
