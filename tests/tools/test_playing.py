@@ -137,9 +137,8 @@ def test_an_overlap_is_told_as_assembled_too_where_the_variation_moves_what_is_o
     )
     scene.goal.write_text(goal)
     told = play(scene.model_copy(update={"mjcf": mjcf}), "drive: 0", seconds=0.2).text()
-    assert (
-        found := re.search(r"^overlaps block by (\S+) mm at the start of this variation, (\S+) mm where", told, re.M)
-    )
+    found = re.search(r"^overlaps block by (\S+) mm at the start of this variation, (\S+) mm where", told, re.M)
+    assert found
     here, described = map(float, found.groups())
     assert described == pytest.approx(10.0, abs=0.01)
     assert 0.1 < abs(here - described) <= 8.01
