@@ -161,8 +161,8 @@ def page(rows: dict[tuple[str, str], Row]) -> str:
         )
     lines += [
         "",
-        "| job | goal | | idle, noise | of the design | body | approved | probe: progress, won | the Judge |",
-        "|---|---|---|---|---|---|---|---|---|",
+        "| job | goal | | idle, noise | of the design | body | approved | probe: progress, won | commit | the Judge |",
+        "|---|---|---|---|---|---|---|---|---|---|",
     ]
     lines += [_line(name, all_jobs[name], rows) for name in all_jobs if name in {job for job, _ in rows}]
     before = [name for name in BY_WORDS if (name, "words") in rows]
@@ -171,11 +171,11 @@ def page(rows: dict[tuple[str, str], Row]) -> str:
             "",
             "## Before the rules measured",
             "",
-            "`python -m benchmarks.own_jobs.run --only words`: one concept of the rules that read the words of the objective",
-            f"alone, probed with seed {SEED} as it stands on its mount, without repairs; beside it the design of the table",
-            "above. A body that was not approved has the progress that the Judge told of, with seed 0.",
+            "`python -m benchmarks.own_jobs.run --only words`: one concept of the rules that read the words of the",
+            f"objective alone, probed with seed {SEED} as it stands on its mount, without repairs; beside it the design",
+            "of the table above. A body that was not approved has the progress that the Judge told of, with seed 0.",
             "",
-            "| job | by words: body | passed by their Judge | progress, won | by measuring: body | approved | progress, won |",
+            "| job | by words: body | passed by their Judge | progress, won | measured: body | approved | the same |",
             "|---|---|---|---|---|---|---|",
         ]
         lines += [_compared(name, rows) for name in before]
@@ -204,8 +204,8 @@ def _line(name: str, job: tuple[str, str, str, str], rows: dict[tuple[str, str],
     checked, designed = rows.get((name, "check")), rows.get((name, "design"))
     probe = _reached(designed) if designed and designed.probe else "–"
     approved = "–" if designed is None else "yes" if designed.approved else "no"
-    told = (designed.body, designed.sentence) if designed else ("–", "–")
-    cells = (name, parse_goal(job[3]).kind, job[0], won(checked), won(designed), told[0], approved, probe, told[1])
+    told = (designed.body, designed.commit[:7], designed.sentence) if designed else ("–", "–", "–")
+    cells = (name, parse_goal(job[3]).kind, job[0], won(checked), won(designed), told[0], approved, probe, *told[1:])
     return f"| {' | '.join(format_cell(cell) for cell in cells)} |"
 
 
