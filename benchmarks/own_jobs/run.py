@@ -14,9 +14,10 @@ left; a job of another commit's text is made again by its name.
 from __future__ import annotations
 
 import argparse
+import re
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import aidsr
 from aidsr.core.artifacts import Artifact
@@ -26,9 +27,12 @@ from aidsr.examples import examples
 from aidsr.learn.openloop import ProbeReport
 from aidsr.runs.folders import Run
 from aidsr.runs.status import read_status
+from aidsr.sim.assembly import assemble
 from aidsr.studies.study import versions_now
 from aidsr.tasks import GoalTask, goal_task, parse_goal
+from aidsr.teams import rules
 from aidsr.teams.fitting.check import EPISODES, Blind, check_goal, play_blind
+from aidsr.validation import validate
 
 RESULTS, PAGE, MORE = (Path(__file__).with_name(name) for name in ("results.jsonl", "results.md", "environments"))
 HELD_OUT = ("gate", "shelf", "trace")
@@ -37,7 +41,10 @@ SEED = 1
 """Of the probe that is reported. The design was chosen and judged by seed 0."""
 
 
-Part = Literal["check", "design"]
+BY_WORDS = ("valve", "shelf", "duct")
+"""Jobs that are also designed as the built-in rules did before they measured: by the words of the objective."""
+
+Part = Literal["check", "design", "words"]
 
 
 class Row(Artifact):
@@ -79,12 +86,28 @@ def do(name: str, part: Part, folder: Path) -> Row:
     if part == "check":
         checked = check_goal(*files)
         return Row(**made, blind=checked.blind, body=checked.reference)
+    if part == "words":
+        return _by_words(objective, environment, goal, made)
     runs = folder / "runs"
     run = aidsr.design(objective, environment=files[0], goal=files[1], concepts=1, model="builtin", runs=runs)
     approved = run.design(1).final_scene.read() is not None
     blind, report = _measured(run, goal_task(parse_goal(goal), environment)) if approved else (None, None)
     body = read_status(run).designs[0].concept
     return Row(**made, blind=blind, body=body, approved=approved, sentence=_sentence(run), probe=report)
+
+
+def _by_words(objective: str, environment: str, goal: str, made: dict[str, Any]) -> Row:
+    """Do a job with the rules that read words, by the seeds of the other designs; what they make is probed as it is."""
+    task = goal_task(parse_goal(goal), environment)
+    brief = task.brief().model_copy(update={"task": "", "objective": objective})
+    team = rules.team(seed=0)
+    concept = team.designer.propose(brief, 1)[0]
+    robot = team.coder.write(brief, concept)
+    scene = assemble(robot, environment, team.integrator.place(brief, concept, robot), task.sensors)
+    critique = team.judge.judge(brief, concept, robot, scene, validate(scene.mjcf, needs_contact=brief.needs_contact))
+    report = aidsr.probe(scene.mjcf, task, groups=robot.actuator_groups, seed=SEED)
+    told = {"approved": critique.passed, "sentence": concept.interpretation, "probe": report}
+    return Row(**made, body=concept.name, **told)
 
 
 def _measured(run: Run, task: GoalTask) -> tuple[Blind, ProbeReport]:
@@ -138,11 +161,40 @@ def page(rows: dict[tuple[str, str], Row]) -> str:
         )
     lines += [
         "",
-        "| job | goal | | idle, noise | of the design | body | approved | probe: progress, won | the Judge |",
-        "|---|---|---|---|---|---|---|---|---|",
+        "| job | goal | | idle, noise | of the design | body | approved | probe: progress, won | commit | the Judge |",
+        "|---|---|---|---|---|---|---|---|---|---|",
     ]
     lines += [_line(name, all_jobs[name], rows) for name in all_jobs if name in {job for job, _ in rows}]
+    before = [name for name in BY_WORDS if (name, "words") in rows]
+    if before:
+        lines += [
+            "",
+            "## Before the rules measured",
+            "",
+            "`python -m benchmarks.own_jobs.run --only words`: one concept of the rules that read the words of the",
+            f"objective alone, probed with seed {SEED} as it stands on its mount, without repairs; beside it the design",
+            "of the table above. A body that was not approved has the progress that the Judge told of, with seed 0.",
+            "",
+            "| job | by words: body | passed by their Judge | progress, won | measured: body | approved | the same |",
+            "|---|---|---|---|---|---|---|",
+        ]
+        lines += [_compared(name, rows) for name in before]
     return "\n".join(lines) + "\n"
+
+
+def _compared(name: str, rows: dict[tuple[str, str], Row]) -> str:
+    cells = [name]
+    for row in (rows[name, "words"], rows.get((name, "design"))):
+        cells += [row.body, "yes" if row.approved else "no", _reached(row)] if row else ["–"] * 3
+    return f"| {' | '.join(format_cell(cell) for cell in cells)} |"
+
+
+def _reached(row: Row) -> str:
+    if row.probe is None:
+        told = re.search(r"progress (\d\.\d+)", row.sentence)
+        return f"{told.group(1)}, none" if told else "–"
+    count = len(row.probe.variations)
+    return f"{row.probe.progress:.2f}, {round(row.probe.success_share * count)} of {count}"
 
 
 def _line(name: str, job: tuple[str, str, str, str], rows: dict[tuple[str, str], Row]) -> str:
@@ -150,13 +202,10 @@ def _line(name: str, job: tuple[str, str, str, str], rows: dict[tuple[str, str],
         return f"{row.blind.idle}, {row.blind.noise}" if row and row.blind else "–"
 
     checked, designed = rows.get((name, "check")), rows.get((name, "design"))
-    probe = "–"
-    if designed and designed.probe:
-        count = len(designed.probe.variations)
-        probe = f"{designed.probe.progress:.2f}, {round(designed.probe.success_share * count)} of {count}"
+    probe = _reached(designed) if designed and designed.probe else "–"
     approved = "–" if designed is None else "yes" if designed.approved else "no"
-    told = (designed.body, designed.sentence) if designed else ("–", "–")
-    cells = (name, parse_goal(job[3]).kind, job[0], won(checked), won(designed), told[0], approved, probe, told[1])
+    told = (designed.body, designed.commit[:7], designed.sentence) if designed else ("–", "–", "–")
+    cells = (name, parse_goal(job[3]).kind, job[0], won(checked), won(designed), told[0], approved, probe, *told[1:])
     return f"| {' | '.join(format_cell(cell) for cell in cells)} |"
 
 
@@ -168,13 +217,15 @@ def main() -> None:
     parser.add_argument("--page", action="store_true", help="write results.md alone")
     given = parser.parse_args()
     parts = [(name, part) for name in given.jobs or jobs() for part in get_args(Part) if given.only in (None, part)]
+    parts = [(name, part) for name, part in parts if part != "words" or name in BY_WORDS]
     wanted = [] if given.page else [part for part in parts if given.jobs or part not in read_rows()]
     for name, part in wanted:
         with TemporaryDirectory() as folder:
             row = do(name, part, Path(folder))
         with RESULTS.open("a") as file:
             file.write(row.model_dump_json() + "\n")
-        print(_line(name, jobs()[name], read_rows()), flush=True)  # noqa: T201
+        line = _compared(name, read_rows()) if part == "words" else _line(name, jobs()[name], read_rows())
+        print(line, flush=True)  # noqa: T201
     PAGE.write_text(page(read_rows()))
 
 

@@ -93,7 +93,8 @@ def test_a_valve_is_turned_from_where_it_is():
     told = task.judging()["Success"]
     assert (
         told
-        == "The joint stem is turned at least 90 deg about its axis from where it was at the start. Held for 0.5 s."
+        == "The joint stem is turned at least 90 deg about its axis by the right hand (thumb along the axis, fingers "
+        "the way it turns) from where it was at the start. Held for 0.5 s."
     )
 
 
@@ -272,6 +273,14 @@ def test_stages_count_in_their_order_and_are_held_in_between():
     width = sum(feature.size for feature in task.features)
     assert task.observe(turning[0], task.reset_state(turning[0])).shape == (1, width)
     assert task.stage_reached(0.5) == "stage 1 of 2 over, not yet stage 2 of 2 over"
+
+
+def test_a_stage_that_is_met_and_not_yet_held_is_not_told_as_over():
+    task = made(STAGES)
+    progress, _ = played(task, [staged(angle, 0.5) for angle in (0, 20, 45, 45)])
+    assert 0.45 < progress[-1] < 0.5
+    told = "stage 1 of 2 met, to be held for 0.12 s, not yet stage 1 of 2 over"
+    assert task.stage_reached(progress[-1]) == told
 
 
 def test_a_stage_is_held_for_longer_than_most_goals_last_where_the_whole_does():

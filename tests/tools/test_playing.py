@@ -127,6 +127,51 @@ def test_an_overlap_at_the_start_is_told(tmp_path: Path) -> None:
     assert "overlaps" not in play(scene, "drive: 0", seconds=0.2).text()
 
 
+def test_an_overlap_is_told_as_assembled_too_where_the_variation_moves_what_is_overlapped(tmp_path: Path) -> None:
+    scene = cart(tmp_path)
+    wall = '<geom name="wall" type="box" size="0.01 0.5 0.2" pos="0.51 0 0.2"/>'
+    moved = f'<body name="block"><joint type="slide" axis="1 0 0"/>{wall.replace("wall", "block")}</body>'
+    mjcf = scene.mjcf.replace(wall, moved).replace('pos="0 0 0.1">', 'pos="0.46 0 0.1">')
+    goal = (
+        'kind = "travel"\ntarget = "block"\ndistance_m = 0.2\ntime_limit_s = 4\nhold_s = 0.2\nvary_m = [0.008, 0, 0]\n'
+    )
+    scene.goal.write_text(goal)
+    told = play(scene.model_copy(update={"mjcf": mjcf}), "drive: 0", seconds=0.2).text()
+    found = re.search(r"^overlaps block by (\S+) mm at the start of this variation, (\S+) mm where", told, re.M)
+    assert found
+    here, described = map(float, found.groups())
+    assert described == pytest.approx(10.0, abs=0.01)
+    assert 0.1 < abs(here - described) <= 8.01
+
+
+def test_a_name_of_several_things_says_which_is_measured(tmp_path: Path) -> None:
+    scene = cart(tmp_path)
+    mjcf = scene.mjcf.replace('<site name="mark"', '<site name="wall"')
+    told = play(scene.model_copy(update={"mjcf": mjcf}), "drive: 0", seconds=0.2, distances=[("nose", "wall")])
+    assert "nose to wall (site): 300.0 mm at the start" in told.text()
+    assert "nose to mark: 300.0 mm" in play(scene, "drive: 0", seconds=0.2, distances=[("nose", "mark")]).text()
+
+
+def test_what_the_task_observes_has_axes_and_progress_says_what_it_counts(tmp_path: Path) -> None:
+    told = play(cart(tmp_path), "drive: 0.3", seconds=1.0).text()
+    assert re.search(r"centre of mass, from where it was at the start x 0 -> 0\.\d+ m; .* start y 0", told)
+    assert re.search(r"^progress: best .*; it counts distance travelled", told, re.M)
+
+
+def test_parts_of_the_robot_that_touch_each_other_are_named(tmp_path: Path) -> None:
+    scene = cart(tmp_path, 9.0)
+    hand = """<body name="robot/hand" pos="-0.1 0 0"><joint name="robot/slide" type="slide" axis="1 0 0"/>
+      <geom name="robot/hand" type="sphere" size="0.055" mass="0.1"/></body><body name="robot/other" pos="0.1 0 0">
+      <joint name="robot/slide2" type="slide" axis="1 0 0" stiffness="100" springref="-0.2"/>
+      <geom name="robot/other" type="sphere" size="0.055" mass="0.1"/></body><site name="robot/nose"/>"""
+    told = play(
+        scene.model_copy(update={"mjcf": scene.mjcf.replace('<site name="robot/nose"/>', hand)}),
+        "drive: 0",
+        seconds=1.0,
+    ).text()
+    assert re.search(r"^touches itself \d+% of the time, mostly hand with other$", told, re.M)
+
+
 def test_commands_beyond_the_range_are_told_as_cut_off(tmp_path: Path) -> None:
     told = play(cart(tmp_path, 9.0), "drive: mean -0.8 amplitude 0.6 hz 1", seconds=1.0).text()
     assert re.search(r"^drive is asked for -1\.4, cut off at -1, \d\d% of the time$", told, re.M)

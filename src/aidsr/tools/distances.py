@@ -30,14 +30,15 @@ class Named:
 
 
 def find_named(model: mujoco.MjModel, name: str) -> Named:
-    """Return a site, geom or body of a model; "robot/" may be left out.
+    """Return a site, geom or body of a model, the site where several share a name; "robot/" may be left out.
 
     Raises:
         UserError: There is none of this name, or it is a body without a shape.
     """
     for full in (name, ROBOT_PREFIX + name):
         if (site := mujoco.mj_name2id(model, _OBJ.mjOBJ_SITE, full)) >= 0:
-            return Named(name, site=site)
+            shaped = any(mujoco.mj_name2id(model, kind, full) >= 0 for kind in (_OBJ.mjOBJ_GEOM, _OBJ.mjOBJ_BODY))
+            return Named(f"{name} (site)" if shaped else name, site=site)
         if (geom := mujoco.mj_name2id(model, _OBJ.mjOBJ_GEOM, full)) >= 0:
             return Named(name, geoms=(geom,))
         if (body := mujoco.mj_name2id(model, _OBJ.mjOBJ_BODY, full)) >= 0:

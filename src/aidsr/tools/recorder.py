@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -15,7 +16,7 @@ from aidsr.learn.episodes.rollout import EpisodeOutcomes
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.sim.divergence import body_speeds
 from aidsr.sim.ownership import ROBOT_PREFIX
-from aidsr.tasks import Task, Variation, apply_to_simulation
+from aidsr.tasks import Feature, GoalTask, Task, Variation, apply_to_simulation
 from aidsr.tools.distances import distance_m, find_pairs
 from aidsr.tools.recording import Distance, Moment, Recording, Touch
 
@@ -56,18 +57,24 @@ class Recorder:
         self._task, self._episodes = scene.task, episodes
         self._model = model = copy.copy(scene.model)
         self._data = mujoco.MjData(model)
-        apply_to_simulation(variation, model, self._data)
         self._names = [model.body(body).name for body in range(model.nbody)]
         self._robot = np.array([name.startswith(ROBOT_PREFIX) for name in self._names])
         self._root = int(self._robot.argmax())
+        mujoco.mj_forward(model, self._data)
+        described = self._inside()
+        apply_to_simulation(variation, model, self._data)
         self._upright = self._data.xmat[self._root].reshape(3, 3).copy()
         self._pairs = find_pairs(model, distances)
         self._felt: dict[str, _Felt] = {}
-        self._touches_itself, self._fastest, self._against_s = 0, "", 0.0
+        self._touches_itself: Counter[str] = Counter()
+        self._itself, self._fastest, self._against_s = 0, "", 0.0
         self._features = [self._observed()]
         self._turns, self._last_turn_deg = 0.0, 0.0
         self.moments = [self._moment(0.0, float(episodes.progress[0]))]
-        self._overlaps = self._inside()
+        inside = self._inside()
+        self._overlaps = tuple(
+            (name, inside.get(name, 0.0), described.get(name, 0.0)) for name in {**described, **inside}
+        )
 
     def step(self, result: StepResult) -> None:
         """Record the state after a control step."""
@@ -102,7 +109,8 @@ class Recorder:
             moments=tuple(self.moments),
             stages=tuple((words, self._reached_s(start)) for start, words in self._task.stages),
             touches=tuple(sorted(touches, key=lambda touch: touch.first_s)),
-            self_touch_share=self._touches_itself / steps,
+            self_touch_share=self._itself / steps,
+            self_touching=next((pair for pair, _ in self._touches_itself.most_common(1)), ""),
             distances=self._distances(),
             features=tuple(
                 (name, unit, start, end)
@@ -114,6 +122,7 @@ class Recorder:
             passed=outcomes.passed[0],
             against_s=self._against_s,
             overlaps=self._overlaps,
+            counted=self._task.criteria.progress if isinstance(self._task, GoalTask) else "",
         )
 
     def _ended(self, outcomes: EpisodeOutcomes) -> str:
@@ -153,7 +162,7 @@ class Recorder:
         """Add the contacts of the present state."""
         model, data, force = self._model, self._data, np.zeros(6)
         now: dict[str, float] = {}
-        itself = False
+        itself: set[str] = set()
         for index in range(data.ncon):
             geoms = [int(geom) for geom in data.contact.geom[index]]
             mine = [geom for geom in geoms if self._robot[model.geom_bodyid[geom]]]
@@ -161,7 +170,8 @@ class Recorder:
             if force[0] < _TOUCH_N or not mine:
                 continue
             if len(mine) == 2:
-                itself = True
+                parts = sorted(self._names[model.geom_bodyid[geom]].removeprefix(ROBOT_PREFIX) for geom in mine)
+                itself.add(" with ".join(parts))
                 continue
             (other,) = (geom for geom in geoms if geom not in mine)
             name = self._label(other)
@@ -170,9 +180,10 @@ class Recorder:
             now[name] = now.get(name, 0.0) + float(force[0])
         for name, force_n in now.items():
             self._felt[name].forces_n.append(force_n)
-        self._touches_itself += itself
+        self._touches_itself.update(itself)
+        self._itself += bool(itself)
 
-    def _inside(self) -> tuple[tuple[str, float], ...]:
+    def _inside(self) -> dict[str, float]:
         """Return the shapes of the environment that the robot is inside of, and how deep [m]."""
         found: dict[str, float] = {}
         for contact in self._data.contact[: self._data.ncon]:
@@ -180,7 +191,7 @@ class Recorder:
             if self._is_robot(own) and not self._is_robot(other) and -contact.dist > _INSIDE_M:
                 name = self._label(other)
                 found[name] = max(found.get(name, 0.0), -float(contact.dist))
-        return tuple(found.items())
+        return found
 
     def _is_robot(self, geom: int) -> bool:
         return bool(self._robot[self._model.geom_bodyid[geom]])
@@ -214,10 +225,15 @@ class Recorder:
 def _feature_names(task: Task) -> list[tuple[str, str]]:
     """Return name and unit of every number that a task observes."""
     return [
-        (feature.name + (f" [{index}]" if feature.size > 1 else ""), feature.unit)
+        (feature.name + (f" {_number(feature, index)}" if feature.size > 1 else ""), feature.unit)
         for feature in task.features
         for index in range(feature.size)
     ]
+
+
+def _number(feature: Feature, index: int) -> str:
+    """Return which number of a feature it is: an axis where there are three with a unit, else its index."""
+    return "xyz"[index] if feature.size == 3 and feature.unit else f"[{index}]"
 
 
 def _vec3(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> Vec3:

@@ -13,6 +13,8 @@ _ROWS = 9
 _MOST_CONTACTS = 10
 _MOST_BODIES = 3
 """Our choice: what a reader takes in; all of it stands in the file."""
+_SAME_M = 5e-6
+"""Overlaps that differ by less are told as one. Our choice: they are told in hundredths of a millimetre."""
 
 
 class Touch(Artifact):
@@ -74,6 +76,8 @@ class Recording(Artifact):
     distances: tuple[Distance, ...]
     features: tuple[tuple[str, str, float, float], ...]
     """What the task observes: name, unit, value at the start and at the end."""
+    self_touching: str = ""
+    """The two parts of the robot that touched each other longest."""
     reached: str = ""
     """The stage that it came to, in words."""
     held_s: float = 0.0
@@ -84,8 +88,11 @@ class Recording(Artifact):
     """Limits of a goal that it passed."""
     against_s: float = 0.0
     """How long it did what counts against it."""
-    overlaps: tuple[tuple[str, float], ...] = ()
-    """Shapes of the environment that the robot is inside of at the start, and how deep [m]."""
+    overlaps: tuple[tuple[str, float, float], ...] = ()
+    """Shapes of the environment that the robot is inside of at the start: how deep in this variation, and how deep
+    where the environment describes them [m]."""
+    counted: str = ""
+    """What progress is made of, where that is a person's own goal."""
     cut_off: tuple[str, ...] = ()
     """What the motion asks for beyond the control range, in clauses."""
 
@@ -135,7 +142,7 @@ class Recording(Artifact):
             self._progress(),
             *(f"a limit passed: {limit.text}" for limit in self.passed),
             *self._against(),
-            *(f"overlaps {name} by {1000 * deep_m:.2g} mm at the start" for name, deep_m in self.overlaps),
+            *(_overlap_line(*each) for each in self.overlaps),
             *self.cut_off,
             self._way(),
             *self._touches(),
@@ -165,7 +172,7 @@ class Recording(Artifact):
             line += f"; reached: {', '.join(reached) or 'no stage'}" + f"; not: {', '.join(missed)}" * bool(missed)
         if self.held_s and not self.succeeded:
             line += f"; held for {self.held_s:.3g} s of {self.hold_s:.3g} s at most"
-        return line
+        return line + (f"; it counts {self.counted[0].lower()}{self.counted[1:].rstrip('.')}" if self.counted else "")
 
     @property
     def phase(self) -> str:
@@ -200,7 +207,7 @@ class Recording(Artifact):
         if len(self.touches) > _MOST_CONTACTS:
             lines.append(f"touches {len(self.touches) - _MOST_CONTACTS} more shapes")
         if self.self_touch_share:
-            lines.append(f"touches itself {self.self_touch_share:.0%} of the time")
+            lines.append(f"touches itself {self.self_touch_share:.0%} of the time, mostly {self.self_touching}")
         return lines or ["touches nothing"]
 
     def _features(self) -> list[str]:
@@ -228,6 +235,12 @@ def _distance_figures(one: Distance) -> tuple[Figure, Figure]:
     name = f"{one.first} to {one.second}"
     least = Figure(name=f"least {name}", value=1000 * one.least_m, unit="mm")
     return least, Figure(name="at the end", value=1000 * one.end_m, unit="mm")
+
+
+def _overlap_line(name: str, deep_m: float, described_m: float) -> str:
+    line = f"overlaps {name} by {1000 * deep_m:.3g} mm at the start"
+    same = abs(deep_m - described_m) < _SAME_M
+    return line if same else f"{line} of this variation, {1000 * described_m:.3g} mm where the environment describes it"
 
 
 def _distance_line(one: Distance) -> str:

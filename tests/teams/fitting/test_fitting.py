@@ -7,7 +7,7 @@ import pytest
 
 from aidsr.core.artifacts import Placement
 from aidsr.core.config import RunConfig
-from aidsr.core.errors import NoBetterDesignError, UserError
+from aidsr.core.errors import IsolationError, NoBetterDesignError, UserError
 from aidsr.examples import examples
 from aidsr.loop.run import create_run, make_brief, parts_of
 from aidsr.loop.runner import run_designs
@@ -158,6 +158,17 @@ def test_no_body_that_comes_near_is_said_and_not_approved(tmp_path, monkeypatch)
     assert critique.passed
     assert "a motion wins in 1 of 2 variations that were tried" in critique.summary
 
+    def crash(*_, **__):
+        raise IsolationError("time", "it took more than 600 s")
+
+    monkeypatch.setattr(judge, "fit", crash)
+    critique = FittingJudge(goal).judge(brief, concept, robot, scene, report)
+    assert not critique.passed, "nothing is known of it"
+    assert critique.summary == "This body could not be tried with its goal: it took more than 600 s."
+    (issue,) = critique.issues
+    feedback = f"{issue.component}: {issue.problem}. {issue.suggestion}"
+    assert "It takes the place of" in team.designer.revise(brief, concept, robot, feedback).rationale
+
 
 def test_what_stands_before_the_place_of_work_is_seen():
     brief, goal = job_of("valve")
@@ -300,6 +311,37 @@ def test_a_refused_body_gives_way_to_the_next_best_and_the_end_is_said(monkeypat
 
 def without_rank(concept):
     return {name: value for name, value in concept.parameters.items() if name not in ("view_rank", "view_count")}
+
+
+def test_of_bodies_that_come_equally_far_the_one_with_fewer_winches_is_proposed_first(monkeypatch):
+    from aidsr.teams.fitting import team as module
+
+    winches = iter((9, 3, 6))
+    monkeypatch.setattr(module, "ROUNDS", (trial.Round(3, 16, 10),))
+    monkeypatch.setattr(
+        module, "fit", lambda *_: trial.Fit(progress=0.5, success=False, reached="", winches=next(winches))
+    )
+    brief, goal = job_of("bell")
+    tried = []
+    ranked = FittingDesigner(goal, 0).telling(tried.append)._rank(brief, 1)
+    nine, three, six = (body.name for body in tried)
+    assert [each.name for each in ranked] == [three, six, nine]
+
+
+def test_no_body_that_is_tried_pulls_harder_than_the_validator_allows():
+    brief, goal = job_of("bell")
+    family, view = load_families()["arm"], next(candidates(brief, goal, load_families()))[0]
+    designer, rngs = FittingDesigner(goal, 0), [np.random.default_rng(seed) for seed in range(12)]
+    job = read_job(as_the_rules_read(brief, goal, view))
+    sized = [family.size(job, np.random.default_rng(seed), "three sections") for seed in range(12)]
+    too_strong = [each for each in sized if trial.spare_tension(family.write(each).mjcf) < 1.0]
+    assert too_strong, "else nothing is tested"
+    concepts = [designer._concept(brief, goal, view, "arm", "three sections", rng) for rng in rngs]
+    for size, concept in zip(sized, concepts, strict=True):
+        robot = fitting_team(goal, 0).coder.write(brief, concept)
+        assert trial.spare_tension(robot.mjcf) >= 1.0
+        same_bend = concept.parameters["bending_stiffness_n_m2"] / concept.parameters["tension_n"]
+        assert same_bend == pytest.approx(size.bending_stiffness_n_m2 / size.tension_n, rel=0.01)
 
 
 def test_what_a_person_asks_for_keeps_the_interpretation(monkeypatch):

@@ -17,6 +17,11 @@ _BROKEN = 0.5
 choice: as a failed episode is worth half."""
 
 
+_SPENT = 0.1
+"""Share that a motion loses that passed a limit for twice as long as is tolerated, and in step before. Our choice: less
+than a stage, so that progress comes first; of motions that come equally far the one that leaves room goes on."""
+
+
 class Holding:
     """Follows what lasts in n episodes; a callback for every control step.
 
@@ -47,4 +52,6 @@ class Holding:
     def fitness(self, outcomes: EpisodeOutcomes) -> FloatArray:
         """Return the fitness of motions, (n,): progress kept for the hold of the goal, and the best; plus success."""
         progress = (self._kept + self._best) / 2 * np.where(outcomes.failure, _BROKEN, 1.0)
+        if self._task.goal.limits:
+            progress *= 1.0 - _SPENT * np.clip(self._against_s / (2.0 * TOLERATED_S), 0.0, 1.0)
         return np.where(outcomes.diverged, -1.0, progress + outcomes.success)

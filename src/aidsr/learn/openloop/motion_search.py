@@ -91,7 +91,9 @@ class MotionSpace:
         begin, ramp = np.full((2, count, 1), np.log(_FIRST_RAMP_S))
         return np.concatenate([first, change, sine, cosine, frequency, begin, ramp], axis=1)
 
-    def refine(self, rows: FloatArray, fitness: FloatArray, count: int, rng: np.random.Generator) -> FloatArray:
+    def refine(
+        self, rows: FloatArray, fitness: FloatArray, count: int, rng: np.random.Generator, *, most: int | None = None
+    ) -> FloatArray:
         """Return new motions around the best of one kind: half about their mean, half close about the very best.
 
         Args:
@@ -99,9 +101,11 @@ class MotionSpace:
             fitness: Their fitness, (n,).
             count: How many new ones.
             rng: Draws them.
+            most: Motions of the elite at most; without it the elite grows with all that was played, and so does its
+                spread.
         """
-        order = np.argsort(-fitness, kind="stable")[: max(2, int(_ELITE * fitness.size))]
-        elite = rows[order]
+        size = max(2, int(_ELITE * fitness.size))
+        elite = rows[np.argsort(-fitness, kind="stable")[: size if most is None else min(size, most)]]
         spread = np.maximum(elite.std(axis=0), _LEAST_SPREAD)
         half = np.arange(count)[:, None] % 2 == 0
         about, scale = np.where(half, elite.mean(axis=0), elite[0]), np.where(half, 1.0, _CLOSE)

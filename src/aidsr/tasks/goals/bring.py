@@ -50,6 +50,8 @@ class Bring(Goal):
             around.require_movable(name, "bring")
         self.region.check(around, "bring")
         found = self.model_copy(update={"targets": targets})
+        if self.region.center_m is not None:
+            self._require_ways(around, targets, found.needed)
         centers_m = around.mechanism.centers_m
         points = np.array([centers_m[name] for name in targets])[None]
         inside = self.region.outside_m(points, np.array(self.region.start_m(around))[None]) <= 0.0
@@ -57,6 +59,25 @@ class Bring(Goal):
             there = ", ".join(name for name, is_in in zip(targets, inside[0], strict=True) if is_in)
             raise UserError(f"the goal is met before anything moves: {there} begin in {self.region.words}")
         return found
+
+    def _require_ways(self, around: Surroundings, targets: tuple[str, ...], needed: int) -> None:
+        """Refuse a region that the joints of too many bodies keep them from.
+
+        Raises:
+            UserError: They do.
+        """
+        kept: list[UserError] = []
+        for name in targets:
+            start = np.array(around.mechanism.centers_m[name])
+            way = self.region.nearest_m(start) - start
+            far_m = float(np.linalg.norm(way)) - float(np.linalg.norm(self.vary_m))
+            try:
+                if far_m > 0.0:
+                    around.require_way(name, tuple(np.round(way / np.linalg.norm(way), 3).tolist()), round(far_m, 4))
+            except UserError as error:
+                kept.append(error)
+        if len(targets) - len(kept) < needed:
+            raise kept[0]
 
     @property
     def needed(self) -> int:

@@ -17,6 +17,7 @@ from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.goals.alone import Alone, play_alone, refuse
 from aidsr.tasks.goals.buried import refuse_buried, refuse_buried_corners
+from aidsr.tasks.goals.contradictions import refuse_contradictions
 from aidsr.tasks.goals.goal import Goal, check_speed
 from aidsr.tasks.goals.limits import TOLERATED_S, AnyLimit
 from aidsr.tasks.goals.reading import AnyGoal
@@ -215,6 +216,7 @@ def goal_task(goal: AnyGoal, mjcf: str) -> GoalTask:
     found.mount.check(around)
     for limit in found.limits:
         limit.check(around)
+    refuse_contradictions(found, around)
     places = _places(found, summary) if any(found.vary_m) else ()
     task = (EndingGoalTask if found.failure_text else GoalTask)(goal=found, mjcf=mjcf, places=places)
     _check_sensors(task, summary)

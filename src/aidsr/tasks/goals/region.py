@@ -83,6 +83,16 @@ class Region(Artifact):
         outside = np.linalg.norm(np.maximum(beyond, 0.0), axis=-1)
         return np.asarray(outside + np.minimum(beyond.max(axis=-1), 0.0))
 
+    def nearest_m(self, point_m: FloatArray) -> FloatArray:
+        """Return the point of a region with a `center_m` that is nearest to a point, (3,) [m]."""
+        middle = np.array(self.center_m)
+        away = point_m - middle
+        if self.size_m is None:
+            assert self.radius_m is not None
+            return np.asarray(middle + away * min(1.0, self.radius_m / max(float(np.linalg.norm(away)), 1e-12)))
+        half = np.array(self.size_m) / 2
+        return np.asarray(middle + np.clip(away, -half, half))
+
     @property
     def words(self) -> str:
         """What and where it is, as the end of a sentence."""

@@ -21,9 +21,13 @@ from aidsr.tasks.goals.surroundings import Surroundings
 from aidsr.tasks.goals.touch import Touch
 from aidsr.tasks.goals.turn import Turn
 from aidsr.tasks.readings import BoolArray, FloatArray
+from aidsr.tasks.shaping import share
 from aidsr.tasks.task import Feature, TaskState
 
 _OF_THE_WHOLE = ("time_limit_s", "base", "mount", "vary_m", "limits")
+
+_HOLDING = 0.1
+"""Share of a stage's progress for holding it, where it has to be held. Our choice: little beside getting there."""
 
 Stage = Annotated[Reach | Pose | Lift | Travel | Touch | Turn | Bring | Follow, Field(discriminator="kind")]
 
@@ -169,8 +173,17 @@ class Stages(Goal):
         return np.asarray((state["stage"] + self._of_present(seen, state)) / len(self.stages))
 
     def _of_present(self, seen: Seen, state: TaskState) -> FloatArray:
-        each = [stage.progress(own, _own(state, index)) for index, stage, own in self._parts(seen)]
+        each = []
+        for index, stage, own in self._parts(seen):
+            progress = stage.progress(own, _own(state, index))
+            if self._is_held(index):  # one that is met and not yet held is not over
+                progress = (1.0 - _HOLDING) * progress + _HOLDING * share(state["held_s"], stage.hold_s)
+            each.append(progress)
         return np.asarray(np.stack(each)[state["stage"].astype(int), np.arange(seen.n)])
+
+    def _is_held(self, index: int) -> bool:
+        """Whether a stage has a hold of its own; that of the last is the whole's."""
+        return self.stages[index].hold_s > 0.0 and index < len(self.stages) - 1
 
     def is_met(self, seen: Seen, state: TaskState) -> BoolArray:
         *_, (last, stage, own) = self._parts(seen)
@@ -205,7 +218,13 @@ class Stages(Goal):
     def stage_words(self) -> tuple[tuple[float, str], ...]:
         """What is reached at which progress."""
         count = len(self.stages)
-        return tuple((number / count, f"stage {number} of {count} over") for number in range(1, count + 1))
+        words = []
+        for index, stage in enumerate(self.stages):
+            if self._is_held(index):
+                met = f"stage {index + 1} of {count} met, to be held for {stage.hold_s:g} s"
+                words.append(((index + 1.0 - _HOLDING) / count, met))
+            words.append(((index + 1.0) / count, f"stage {index + 1} of {count} over"))
+        return tuple(words)
 
 
 def _is_default(key: str, value: Any) -> bool:

@@ -133,10 +133,13 @@ class Turn(Goal):
 
     @property
     def success_text(self) -> str:
-        way = "about" if self.by_deg > 0 else "against"
+        hand = "right" if self.by_deg > 0 else "left"
         how = (
             f"at least {abs(self.by_deg):g} deg"
             if self.within_deg is None
             else f"{abs(self.by_deg):g} deg, give or take {self.within_deg:g} deg,"
         )
-        return f"The joint {self.joint} is turned {how} {way} its axis from where it was at the start."
+        return (
+            f"The joint {self.joint} is turned {how} about its axis by the {hand} hand (thumb along the axis, fingers "
+            "the way it turns) from where it was at the start."
+        )

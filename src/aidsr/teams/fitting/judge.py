@@ -14,6 +14,8 @@ from aidsr.teams.rules.judge import RuleJudge
 
 REFUSED = "no motion of this body wins without learning"
 """What the Judge says of a body that falls short of the goal."""
+UNTRIED = "this body could not be tried with its goal"
+"""What the Judge says where the trial took too long or crashed."""
 _IDLE = 0.02
 """Progress by doing nothing that is told of. Our choice: more than a body wavers by."""
 
@@ -42,23 +44,18 @@ class FittingJudge:
         try:
             found = fit(scene.mjcf, task, robot.actuator_groups, candidates, VARIATIONS, max_steps, explain=True)
         except IsolationError as error:
-            return Critique(passed=True, summary=f"It could not be tried with its goal: {error}.")
+            return _refusal(f"{UNTRIED}: {error}")
         if found.success:
             won = f"{found.won} of {found.variations} variations that were tried"
             return Critique(
                 passed=True, summary=f"The built-in rules find it sound, and without learning a motion wins in {won}."
             )
         idle = f", of which {found.idle:.2f} by doing nothing" if found.idle > _IDLE else ""
-        problem = f"{REFUSED}: {found.reached}, progress {found.progress:.2f}{idle}; {found.why}"
-        return Critique(
-            passed=False,
-            summary=f"{problem[0].upper()}{problem[1:]}.",
-            issues=(
-                CritiqueIssue(
-                    blame="designer",
-                    component="family",
-                    problem=problem,
-                    suggestion="Name a language model, or bring a robot to start from.",
-                ),
-            ),
-        )
+        return _refusal(f"{REFUSED}: {found.reached}, progress {found.progress:.2f}{idle}; {found.why}")
+
+
+def _refusal(problem: str) -> Critique:
+    """Return a critique that does not pass a body, after which the Designer takes the next best."""
+    suggestion = "Name a language model, or bring a robot to start from."
+    issue = CritiqueIssue(blame="designer", component="family", problem=problem, suggestion=suggestion)
+    return Critique(passed=False, summary=f"{problem[0].upper()}{problem[1:]}.", issues=(issue,))

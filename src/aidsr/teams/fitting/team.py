@@ -18,8 +18,8 @@ from aidsr.core.roles import BodyTried, Feedback, Team
 from aidsr.sim.assembly import assemble
 from aidsr.sim.measure import measure
 from aidsr.tasks.goals import AnyGoal, Goal, GoalTask
-from aidsr.teams.fitting.judge import REFUSED, FittingJudge, task_of
-from aidsr.teams.fitting.trial import Fit, Round, fit, is_in_the_way, overlaps
+from aidsr.teams.fitting.judge import REFUSED, UNTRIED, FittingJudge, task_of
+from aidsr.teams.fitting.trial import Fit, Round, fit, is_in_the_way, overlaps, spare_tension
 from aidsr.teams.fitting.views import (
     View,
     as_placed,
@@ -34,9 +34,11 @@ from aidsr.teams.fitting.views import (
     with_view,
     without_view,
 )
+from aidsr.teams.rules.apply_feedback import scaled
 from aidsr.teams.rules.coder import RuleCoder
 from aidsr.teams.rules.designer import RuleDesigner
-from aidsr.teams.rules.families import Families, load_families
+from aidsr.teams.rules.families import Families, Family, load_families
+from aidsr.teams.rules.families.family import P
 from aidsr.teams.rules.integrator import RuleIntegrator
 from aidsr.teams.rules.job import read_job
 
@@ -51,6 +53,8 @@ _ROOM = 2
 """Fewer free placements of a body than this, and it is tried pointing farther beside. Our choice."""
 _MORE = 2
 """Bodies that are judged after the first where none wins. Our choice: each takes a whole probe."""
+_BELOW = 0.98
+"""Tension of a body that was too strong, as a share of what the validator allows. Our choice: room for rounding."""
 _RANK, _COUNT = "view_rank", "view_count"
 """In a concept's parameters: which of the bodies tried it is, and how many were proposed."""
 
@@ -83,6 +87,18 @@ def _is_same_body(one: Concept, other: Concept) -> bool:
     """Whether two concepts are of one body in one placement, whatever was said of it."""
     without = {_RANK: 0.0, _COUNT: 0.0}
     return (one.name, {**one.parameters, **without}) == (other.name, {**other.parameters, **without})
+
+
+def _within_tension(family: Family[P], parameters: P) -> P:
+    """Return parameters whose cables pull no harder than the validator allows, softer in step so that it bends as far.
+
+    Else a body could win its trial, be approved with a warning, and be refused as parts.
+    """
+    try:
+        spare = spare_tension(family.write(parameters).mjcf)
+    except (MjcfError, IsolationError):
+        return parameters  # it is not tried either, and the validator says what is wrong with it
+    return parameters if spare >= 1.0 else scaled(parameters, ("tension", "stiffness"), _BELOW * spare)
 
 
 @dataclass(frozen=True)
@@ -125,14 +141,14 @@ class FittingDesigner:
 
     def _tried_in_order(self, brief: Brief, count: int, refused: Concept | None) -> tuple[Concept, ...]:
         found = self.tried(brief, enough=count, refused=refused) or [self._untried(brief)]
-        best = sorted(found, key=lambda each: -each.fit.value)
+        best = sorted(found, key=lambda each: each.fit.rank)
         task = task_of(self.goal, brief)
         firsts = {
             each.concept.family: each
             for each in reversed(best)
             if task.is_decisive(each.fit.progress) or each is best[0]
         }
-        chosen = sorted(firsts.values(), key=lambda each: -each.fit.value)
+        chosen = sorted(firsts.values(), key=lambda each: each.fit.rank)
         chosen += [each for each in best if each not in chosen]
         return tuple(self._with_reason(each, best) for each in chosen)
 
@@ -277,8 +293,9 @@ class FittingDesigner:
     ) -> Concept:
         job = read_job(as_the_rules_read(brief, goal, view))
         family = self.families[name]
+        parameters = _within_tension(family, family.size(job, rng, variant))
         interpretation = f"{goal.success_text} Read from the goal and the geometry as a job to {view.kind}."
-        return with_view(family.concept(family.size(job, rng, variant), job, interpretation), view)
+        return with_view(family.concept(parameters, job, interpretation), view)
 
     def _with_reason(self, chosen: Fitted, tried: Sequence[Fitted]) -> Concept:
         words = (
@@ -293,7 +310,7 @@ class FittingDesigner:
         Raises:
             NoBetterDesignError: No other body that was tried is left.
         """
-        if REFUSED in feedback:
+        if REFUSED in feedback or UNTRIED in feedback:
             return self._next(brief, concept, feedback)
         goal, view = task_of(self.goal, brief).goal, View.of(concept)
         read = as_the_rules_read(brief, goal, view)

@@ -23,9 +23,13 @@ from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.structure import read_structure
 from aidsr.tasks.targets import targets_of
 from aidsr.tasks.travelling_task import TravellingTask
+from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
+from aidsr.validation.rules.winches import most_tension_n
 
 _CLEAR_M = 0.02
 """What a limb needs to either side. Our choice: as thick as the thickest of the built-in families, and some room."""
+_ALIKE = 2
+"""Digits of what bodies are compared by that count. Our choice: less is chance of the search."""
 _LIMITS = Limits(wall_s=600.0, cpu_s=200.0)
 """Our choice: many times what the largest built-in body takes, and room for a busy machine."""
 
@@ -57,6 +61,8 @@ class Fit(Artifact):
     """Why none succeeds, where that was asked for."""
     idle: float = 0.0
     """Progress that doing nothing comes to in the same variation, where that was asked for."""
+    winches: int = 0
+    """Actuators of the body."""
     won: int = 0
     """Variations in which some motion succeeds."""
     variations: int = 1
@@ -66,6 +72,30 @@ class Fit(Artifact):
     def value(self) -> float:
         """What bodies are compared by."""
         return (self.progress + self.kept) / 2 + self.success
+
+    @property
+    def rank(self) -> tuple[float, int]:
+        """What bodies are sorted by, the best first; of those that come equally far, the one with fewer winches."""
+        return -round(self.value, _ALIKE), self.winches
+
+
+@isolated
+def spare_tension(mjcf: str) -> float:
+    """Return the tension that the validator allows a robot, as a share of the most that its winches pull with.
+
+    Args:
+        mjcf: A robot whose tendons have limits of force.
+
+    Raises:
+        MjcfError: The robot cannot be loaded.
+    """
+    from aidsr.mjcf.compile import compile_mjcf
+
+    model = compile_mjcf(mjcf)
+    on_tendon = model.actuator_trntype == mujoco.mjtTrn.mjTRN_TENDON
+    most_n = float(np.abs(model.actuator_forcerange[on_tendon]).max(initial=0.0))
+    weight_n = read_structure(model).mass_kg * STANDARD_GRAVITY_M_S2
+    return most_tension_n(weight_n) / most_n if most_n else np.inf
 
 
 @isolated
@@ -168,6 +198,7 @@ def fit(
         reached=found.reached,
         why=_why(placed, best) if explained else "",
         idle=_idle(placed, best.episode.variation) if explained else 0.0,
+        winches=sum(placed.model.actuator(index).name.startswith(ROBOT_PREFIX) for index in range(placed.model.nu)),
         won=found.won,
         variations=len(found.variations),
     )

@@ -40,11 +40,9 @@ def apply_feedback(parameters: P, feedback: str) -> tuple[P, list[str]]:
     values: dict[str, Any] = parameters.model_dump()
     for pattern, quantities, factor in _WORDS:
         match = re.search(pattern, words)
-        names = [name for quantity in quantities for name in _names_of(parameters, quantity) if values[name]]
-        if match and names:
-            for name in names:
-                update[name] = _within(parameters, name, values[name] * factor)
-            understood.append(f'"{match.group()}" ({", ".join(names)} x {factor:g})')
+        if match and (changed := _multiplied(parameters, quantities, factor)):
+            update.update(changed)
+            understood.append(f'"{match.group()}" ({", ".join(changed)} x {factor:g})')
     counts = "|".join(_names_of(parameters, "count"))
     count = re.search(rf"\b(more|fewer|less) ({counts})", words) if counts else None
     if count and values[name := count.group(2)]:
@@ -57,6 +55,18 @@ def apply_feedback(parameters: P, feedback: str) -> tuple[P, list[str]]:
 def other_family(feedback: str, present: str, suitable: Iterable[str]) -> str | None:
     """Return a family that the feedback names and that suits the job, other than the present one."""
     return next((name for name in suitable if name != present and re.search(rf"\b{name}s?\b", feedback.lower())), None)
+
+
+def scaled(parameters: P, quantities: Iterable[Quantity], factor: float) -> P:
+    """Return parameters with all that are one of the quantities multiplied by a factor, each within its range."""
+    return parameters.model_copy(update=_multiplied(parameters, quantities, factor))
+
+
+def _multiplied(parameters: Parameters, quantities: Iterable[Quantity], factor: float) -> dict[str, float]:
+    """Return the parameters that are one of the quantities and not 0, multiplied by a factor."""
+    values: dict[str, Any] = parameters.model_dump()
+    names = [name for quantity in quantities for name in _names_of(parameters, quantity) if values[name]]
+    return {name: _within(parameters, name, values[name] * factor) for name in names}
 
 
 def _names_of(parameters: Parameters, quantity: Quantity) -> list[str]:

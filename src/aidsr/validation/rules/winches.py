@@ -79,10 +79,15 @@ def efforts(robot: RobotUnderTest) -> list[Effort]:
     return found
 
 
+def most_tension_n(weight_n: float) -> float:
+    """Return the cable tension that is allowed with moving parts of a weight [N]; more is `actuator_overforce`."""
+    return min(TENSION_N, max(TENSION_NOTICED_N, TENSION_TO_WEIGHT * weight_n))
+
+
 def _find_overforce(robot: RobotUnderTest) -> Iterator[Fault]:
     """Find cable tensions beyond what servo winches give, or beyond reason for the robot's weight."""
     weight_n = robot.structure.mass_kg * STANDARD_GRAVITY_M_S2
-    allowed_n = min(TENSION_N, max(TENSION_NOTICED_N, TENSION_TO_WEIGHT * weight_n))
+    allowed_n = most_tension_n(weight_n)
     strong = [effort for effort in efforts(robot) if effort.tension_n > allowed_n]
     if strong:
         yield _fault(

@@ -1,0 +1,75 @@
+"""Limits of a goal that forbid what the goal asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from aidsr.core.errors import UserError
+from aidsr.tasks.goals.goal import Goal
+from aidsr.tasks.goals.limits import PART, ROBOT, TOLERATED_S, ForceLimit, KeepOut
+from aidsr.tasks.goals.stages import Stages
+from aidsr.tasks.goals.surroundings import Surroundings
+from aidsr.tasks.goals.touch import Touch
+
+
+def refuse_contradictions(goal: Goal, around: Surroundings) -> None:
+    """Refuse a goal whose limits leave no way to meet it.
+
+    Args:
+        goal: With its names looked up.
+        around: The environment.
+
+    Raises:
+        UserError: A touch needs more force than a limit on the same body allows; a point to reach, with all that is
+            near enough to it in any variation, lies in a region that the functional part keeps out of; or all mounts of
+            a robot that is held lie in a region that it keeps out of.
+    """
+    *others, last = goal.stages if isinstance(goal, Stages) else (goal,)
+    # what need not be held for long may be had while a limit is passed for no longer than is tolerated
+    held = [part for part in others if part.hold_s > TOLERATED_S] + [last] * (goal.hold_s > TOLERATED_S)
+    for limit in goal.limits:
+        if isinstance(limit, ForceLimit):
+            _refuse_touch(held, limit)
+        elif isinstance(limit, KeepOut) and limit.center_m is not None:
+            moved_m = float(np.linalg.norm(goal.vary_m))
+            _refuse_points([point for part in held for point in part.reached], moved_m, limit, around)
+            _refuse_mounts(goal, limit, around)
+
+
+def _refuse_touch(parts: Sequence[Goal], limit: ForceLimit) -> None:
+    for part in parts:
+        if isinstance(part, Touch) and part.target == limit.on and part.force_n > limit.at_most_n:
+            raise UserError(
+                f"{part.target} has to be touched with {part.force_n:g} N, and the limit on it is {limit.at_most_n:g} "
+                "N; ask for less, or allow more"
+            )
+
+
+def _depth_m(limit: KeepOut, point_m: tuple[float, ...]) -> float:
+    """Return how deep a point is in a region [m]."""
+    return -float(limit.depth_m(np.array(point_m)[None, None], np.array(limit.center_m)[None])[0, 0])
+
+
+def _refuse_points(points: Sequence[tuple[str, float]], moved_m: float, limit: KeepOut, around: Surroundings) -> None:
+    for name, within_m in points if limit.what in (ROBOT, PART) else ():
+        carriers = {site.name: site.body for site in around.summary.sites}
+        if around.mechanism.carrying(carriers.get(name, name)):
+            continue  # it can be moved out
+        point_m = around.sites.get(name) or around.body(name, "reach").position_m
+        if _depth_m(limit, point_m) > within_m + moved_m:
+            raise UserError(
+                f"{name} cannot be reached: it and all within {within_m:g} m of it lie in {limit.words}, which the "
+                "robot has to keep out of; make the region smaller, or name another target"
+            )
+
+
+def _refuse_mounts(goal: Goal, limit: KeepOut, around: Surroundings) -> None:
+    mounts = around.summary.mounts
+    is_held = limit.what == ROBOT and goal.base == "fixed" and bool(mounts)
+    if is_held and all(_depth_m(limit, mount.position_m) > 0.0 for mount in mounts):
+        raise UserError(
+            f'the robot cannot keep out of {limit.words}: every mount lies in it, and base is "fixed"; make the region '
+            "smaller, or let the functional part alone keep out of it"
+        )
