@@ -31,6 +31,7 @@ from aidsr.runs import Run, read_status
 from aidsr.runs.files import replace_file
 from aidsr.runs.folders import DesignFolder
 from aidsr.tasks import BENCHMARK_VERSION
+from aidsr.teams.providers.manual import prompts_directory
 
 HOME = Path(__file__).parent
 RESULTS = HOME / "results.jsonl"
@@ -232,7 +233,8 @@ def _yes(value: bool) -> str:
 
 
 def publish(run: Run, target: Path) -> None:
-    """Copy what `replay:` needs, and the final robots and scenes."""
+    """Copy what `replay:` needs, and the final robots and scenes, without the directory that prompts went through."""
+    desk = str(prompts_directory(run.asked().config.model) or "")
     shutil.rmtree(target, ignore_errors=True)
     names = [name for name in _KEPT if (run.path / name).exists()]
     found = [run.path / name for name in names]
@@ -241,7 +243,8 @@ def publish(run: Run, target: Path) -> None:
     for path in found:
         copy = target / path.relative_to(run.path)
         copy.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(path, copy)
+        text = path.read_text(encoding="utf-8")
+        copy.write_text(text.replace(desk, "desk") if desk else text, encoding="utf-8")
 
 
 if __name__ == "__main__":
