@@ -5,16 +5,17 @@ from pathlib import Path
 
 import av
 import numpy as np
-from browser import Server, browsing
+from browser import Server, browsing, open_tab
 from made import MJCF, concept, made_run, made_training
 from PIL import Image
 from playwright.sync_api import Response, expect
 
 from aidsr.apps.web.site import Site
 from aidsr.core.artifacts import PlausibilityCheck
+from aidsr.core.calls import CallRecord
 from aidsr.runs import EventLog
 from aidsr.runs.events import StepStarted
-from aidsr.runs.files import replace_file
+from aidsr.runs.files import JsonFile, replace_file
 
 
 def test_a_robot_to_start_from_is_named_and_used_once(runs: Path, server: Server) -> None:
@@ -220,3 +221,52 @@ def test_the_view_stays_in_sight_beside_a_long_panel(runs: Path, server: Server)
         last.hover()  # waits until the table is open, and scrolls
         expect(last).to_be_in_viewport()
         expect(page.locator(".view")).to_be_in_viewport(ratio=0.6)
+
+
+def test_a_run_that_waits_opens_on_what_it_waits_for(runs: Path, server: Server) -> None:
+    done, waits = made_run(runs), made_run(runs, waiting=True, started="2026-02-01T10:00:00+00:00")
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{done.name}"))
+        open_tab(page, "Log")
+        page.wait_for_timeout(500)  # which tab is open travels in the background
+        page.goto(server.address(f"/run/{waits.name}"))
+        expect(page.get_by_role("tab", name="Designs")).to_have_attribute("aria-selected", "true")
+        page.goto(server.address(f"/run/{done.name}"))
+        expect(page.get_by_role("tab", name="Log")).to_have_attribute("aria-selected", "true")
+
+
+def test_in_one_column_a_decision_comes_before_what_is_only_read(runs: Path, server: Server) -> None:
+    run = made_run(runs, waiting=True)
+    with browsing(viewport={"width": 390, "height": 844}) as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{run.name}/1"))
+        decision = page.get_by_role("region", name="your decision").bounding_box()
+        iterations = page.get_by_role("region", name="iterations").bounding_box()
+        assert decision
+        assert iterations
+        assert decision["y"] < iterations["y"]
+
+
+def test_a_prompt_is_compared_with_the_one_before(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    calls = run.design(1).iteration(2).path / "calls"
+    first = JsonFile(calls / "0001_coder.json", CallRecord).read()
+    assert first is not None
+    asked = first.question.messages[0].model_copy(update={"text": "Write it thinner.\n<script>stolen = 1</script>"})
+    question = first.question.model_copy(update={"messages": (asked,)})
+    later = first.model_copy(update={"question": question, "started": "2026-01-31T10:00:09+00:00"})
+    JsonFile(calls / "0002_coder.json", CallRecord).write(later)
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{run.name}/1?tab=log"))
+        folds = page.get_by_role("button", name="Coder asked made:up")
+        expect(folds).to_have_count(2)
+        folds.first.click()  # the newest
+        page.get_by_text("What differs from this role's prompt before").click()
+        shown = page.get_by_role("region", name="difference of the prompts")
+        expect(shown.locator(".plus").first).to_contain_text("Write it thinner.")
+        expect(shown.locator(".minus").first).to_contain_text("Write it.")
+        folds.last.click()
+        expect(page.get_by_text("What differs from this role's prompt before")).to_have_count(1)
+        assert page.evaluate("window.stolen") is None

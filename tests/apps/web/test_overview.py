@@ -8,7 +8,7 @@ import pytest
 from browser import Server, browsing, choose
 from made import made_run, made_training
 from playwright.sync_api import expect
-from robots import arm
+from robots import arm, gripper
 
 from aidsr.apps.web.site import Site
 from aidsr.runs import EventLog
@@ -107,3 +107,32 @@ def test_designs_of_all_runs_are_filtered_sorted_and_compared(runs: Path, server
         after = page.evaluate(look)
         assert after[0] != pytest.approx(before[0], rel=1e-3)
         assert after[1] == pytest.approx(after[0], rel=1e-3)
+
+
+def test_a_comparison_sees_each_robot_whole_whatever_its_size(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=2)
+    for number, robot in ((1, arm()), (2, gripper())):
+        run.design(number).iteration(2).scene.xml.path.write_text(robot)
+    with browsing(webgl=True) as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/compare?design={run.name}/1&design={run.name}/2"))
+        expect(page.get_by_text("squares of")).to_have_count(2)
+        page.get_by_label("3-D view of 1. Arm 1").press("ArrowLeft")
+        away = page.evaluate("""[...document.querySelectorAll('.v3d-picture')].map(({ viewer }) =>
+            viewer.camera.position.distanceTo(viewer.controls.target) / viewer.facts.camera.distance)""")
+        lengths = page.evaluate("""[...document.querySelectorAll('.v3d-picture')].map(({ viewer }) =>
+            viewer.facts.camera.distance / viewer.facts.length_m)""")
+        assert lengths[0] != pytest.approx(lengths[1], rel=0.2), "they fill the view at different distances"
+        assert away == pytest.approx([1.0, 1.0], rel=0.05)
+
+
+def test_a_comparison_of_nothing_offers_designs(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=2)
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/compare?design={run.name}/2"))
+        expect(page.get_by_text("Pick two to four designs of any runs.")).to_be_visible()
+        expect(page.get_by_role("checkbox", name="compare Arm 2")).to_be_checked()
+        page.get_by_role("checkbox", name="compare Arm 1").click()
+        page.get_by_role("button", name="Compare", exact=True).click()
+        expect(page.get_by_role("heading", name="What differs in the MJCF")).to_be_visible()

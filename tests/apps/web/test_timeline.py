@@ -48,6 +48,35 @@ def test_any_held_out_episode_is_seen_with_its_cables_and_contacts(runs: Path, a
         expect(page.locator(".v3d-key", has_text="all contacts")).to_contain_text("2 N")
         page.get_by_label("3-D view of").press(".")
         expect(page.locator(".v3d-clock")).to_contain_text("0.31 s")
+        charts = page.locator(".v3d-track svg")
+        expect(charts).to_have_count(4)
+        page.get_by_role("button", name="command").click()
+        expect(page.get_by_role("button", name="command")).to_have_attribute("aria-expanded", "false")
+        expect(charts).to_have_count(3)
+        page.reload()
+        page.get_by_text("squares of").wait_for()
+        page.get_by_text("All 3 held-out episodes").click()
+        page.get_by_role("button", name="Replay episode 2").click()
+        expect(charts).to_have_count(3)
+
+
+def test_frames_inertia_and_contact_forces_are_drawn_on_request(arm_run: Run, server: Server) -> None:
+    drawn = """() => {
+        const { bodies, forces } = document.querySelector('.v3d-picture').viewer;
+        return [forces.group.visible, bodies.frames.visible, bodies.inertia.visible];
+    }"""
+    with browsing(webgl=True) as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{arm_run.name}/1"))
+        page.get_by_text("squares of").wait_for()
+        assert page.evaluate(drawn) == [True, False, False]
+        page.get_by_role("button", name="What is drawn").click()
+        page.get_by_role("menuitemcheckbox", name="Contact forces").click()
+        expect(page.get_by_role("menuitemcheckbox", name="Contact forces")).to_have_attribute("aria-checked", "false")
+        page.keyboard.press("Escape")
+        for key in ("e", "i"):
+            page.get_by_label("3-D view of").press(key)
+        assert page.evaluate(drawn) == [False, True, True]
 
 
 def test_motions_of_a_probe_are_seen_with_their_cables_and_progress(runs: Path, server: Server) -> None:

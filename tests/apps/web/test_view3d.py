@@ -18,6 +18,7 @@ pytest.importorskip("nicegui", reason="needs the extra web")
 from robots import arm
 
 from aidsr.apps.web.view3d import Episode, Model, SceneStream
+from aidsr.apps.web.view3d.display_model import DisplayModel
 from aidsr.apps.web.view3d.frames import Kind, Snapshot, kind_of, pack_frame
 from aidsr.core.errors import UserError
 
@@ -85,6 +86,32 @@ def test_a_person_can_pull_a_tendon() -> None:
     assert len(before.poses) > 0
     assert len(before.segments) > 0
     assert after.ctrl.max() > before.ctrl.max()
+
+
+def test_frames_and_inertia_of_bodies_are_where_mujoco_has_them() -> None:
+    shown = DisplayModel.of(arm())
+    data = mujoco.MjData(shown.model)
+    data.qpos[:] = 0.1
+    mujoco.mj_forward(shown.model, data)
+    shapes = shown.parts.poses(data).astype(float)
+    bodies = shown.facts["bodies"]
+    assert len(bodies) > 5
+    for body in bodies:
+        one = data.body(body["name"])
+        where, turned = _put(shapes[body["part"]], body["pose"])
+        np.testing.assert_allclose(where, one.xpos, atol=2e-6)
+        np.testing.assert_allclose(turned.ravel(), one.xmat, atol=1e-5)
+        where, turned = _put(shapes[body["part"]], body["inertia"]["pose"])
+        np.testing.assert_allclose(where, one.xipos, atol=2e-6)
+        squares = np.square(body["inertia"]["size"])
+        moments = body["mass_kg"] / 3 * (squares.sum() - squares)
+        np.testing.assert_allclose(moments, shown.model.body(body["name"]).inertia, rtol=0.02)
+
+
+def _put(pose: Any, local: Any) -> tuple[Any, Any]:
+    """Return position and rotation of a local pose in the world."""
+    turned = np.reshape(pose[3:], (3, 3))
+    return pose[:3] + turned @ local[:3], turned @ np.reshape(local[3:], (3, 3))
 
 
 def test_a_recorded_episode_is_played_in_its_own_scene(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from aidsr.apps.web.curve import scatter_svg
 from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import as_action, live
 from aidsr.apps.web.site import DesignView, RunView, Site, model_in_words
-from aidsr.apps.web.widgets import badge, box, button, image, text, thumbnail_address
+from aidsr.apps.web.widgets import badge, box, button, image, label_cells, text, thumbnail_address
 from aidsr.core.errors import UserError
 from aidsr.runs import DesignFolder
 from aidsr.runs.trainings import trainings_of
@@ -80,26 +80,31 @@ def add_designs_page(site: Site) -> None:
 
     @ui.page("/designs")
     def designs_page() -> None:
-        wanted = _Wanted()
-
-        def act(**changes: Any) -> None:
-            for name, value in changes.items():
-                setattr(wanted, name, value)
-
         with frame("Designs", ("Runs", "/"), site=site):
             text("Designs", tag="h1")
-            choices = ui.element("div").classes("form")
-            live(lambda: wanted.picked, lambda picked: _compare_bar(picked, act))
-            # what is wanted is part of what was read, so that a change of it redraws the table; picks do not
-            look = live(lambda: (_read(site), replace(wanted, picked=())), lambda facts: _draw(facts[0], wanted, act))
+            designs_to_pick(site)
 
-            with choices:
-                for name in _FILTERS:
-                    offered = sorted({str(getattr(row, name)) for row in _read(site)} - {""})
-                    field = ui.select({"": "all", **{one: one for one in offered}}, value="", label=name)
-                    field.props("outlined dense").on_value_change(partial(_choose, act, name)).on_value_change(look)
-                group = ui.select({"": "nothing", **{one: one for one in _FILTERS}}, value="", label="group by")
-                group.props("outlined dense").on_value_change(partial(_choose, act, "group")).on_value_change(look)
+
+def designs_to_pick(site: Site, picked: tuple[str, ...] = ()) -> None:
+    """Show all designs of all runs, to be sorted, filtered, grouped and picked; some may be picked already."""
+    wanted = _Wanted(picked=picked)
+
+    def act(**changes: Any) -> None:
+        for name, value in changes.items():
+            setattr(wanted, name, value)
+
+    choices = ui.element("div").classes("form")
+    live(lambda: wanted.picked, lambda picked: _compare_bar(picked, act))
+    # what is wanted is part of what was read, so that a change of it redraws the table; picks do not
+    look = live(lambda: (_read(site), replace(wanted, picked=())), lambda facts: _draw(facts[0], wanted, act))
+
+    with choices:
+        for name in _FILTERS:
+            offered = sorted({str(getattr(row, name)) for row in _read(site)} - {""})
+            field = ui.select({"": "all", **{one: one for one in offered}}, value="", label=name)
+            field.props("outlined dense").on_value_change(partial(_choose, act, name)).on_value_change(look)
+        group = ui.select({"": "nothing", **{one: one for one in _FILTERS}}, value="", label="group by")
+        group.props("outlined dense").on_value_change(partial(_choose, act, "group")).on_value_change(look)
 
 
 def _choose(act: Callable[..., None], name: str, event: Any) -> None:
@@ -150,7 +155,7 @@ def _draw(rows: tuple[DesignRow, ...], wanted: _Wanted, act: Callable[..., None]
     if wanted.group:
         shown.sort(key=lambda row: str(getattr(row, wanted.group)))
     grouped = groupby(shown, key=lambda row: str(getattr(row, wanted.group)) if wanted.group else "")
-    with box("sheet flush scroll"), box("list designs", "table"):
+    with box("sheet flush scroll"), box("list designs fold", "table"):
         with box(tag="thead"), box(tag="tr"):
             text("compare", "unseen", "th")
             text("picture", "unseen", "th")
@@ -163,8 +168,9 @@ def _draw(rows: tuple[DesignRow, ...], wanted: _Wanted, act: Callable[..., None]
                     with box(tag="tr"), box("group", "th", colspan=str(len(_COLUMNS) + 2), scope="rowgroup"):
                         text(f"{name or 'none'}, {len(each)}")
                 for row in each:
-                    with box(tag="tr"):
+                    with box(tag="tr") as line:
                         _cells(row, wanted, act)
+                    label_cells(line, ("", "", "", *list(_COLUMNS)[1:]))
     trained = [row for row in shown if row.success is not None]
     if len(trained) > 1 and any(row.tokens for row in trained):
         with box("sheet stack", "section", aria_label="success against tokens"):
@@ -196,7 +202,7 @@ def _cells(row: DesignRow, wanted: _Wanted, act: Callable[..., None]) -> None:
         check.on_value_change(lambda event: as_action(partial(pick, on=bool(event.value)))())
     with box(tag="td"):
         image(thumbnail_address(row.run, row.picture), "", "thumb")
-    with box(tag="td"):
+    with box("name", "td"):
         ui.link(f"{row.number}. {row.concept}", f"/run/{row.run}/{row.number}")
     with box(tag="td"):
         text(row.task, "clamp", "div")

@@ -60,7 +60,8 @@ def add_run_page(site: Site) -> None:
                 live(lambda: site.view(run), _facts)
             live(lambda: _of_note(site, run), partial(_notes, site, run))
             manual_panel(site, run)
-            opened = app.storage.user.get("run_tab", "watch")
+            # what waits for a person is not opened on the tab that was read last
+            opened = "watch" if view.awaited else app.storage.user.get("run_tab", "watch")
             with ui.tabs().props("dense align=left no-caps") as tabs:
                 for key, title in _TABS.items():
                     ui.tab(key, title)
@@ -240,7 +241,8 @@ def _column(facts: tuple[str, Shown, DesignView]) -> None:
                 text(status.family, "small soft")
             badge(status.outcome.outcome if status.outcome else _state(shown, design))
         _doing(shown, design)
-        strip(design.attempts, lambda number: f"{address}?iteration={number}")
+        working = shown not in ("interrupted", "stopped")
+        strip(design.attempts, lambda number: f"{address}?iteration={number}", at_work=working)
         if status.stopped:
             notice(status.stopped.message, "bad")
         if status.faults and not status.outcome:

@@ -8,6 +8,11 @@ const SIDES = [
   { name: "Side, along −y", key: "2", azimuth_deg: -90, elevation_deg: 0 },
   { name: "Top, along −z", key: "3", azimuth_deg: 90, elevation_deg: -89.9 },
 ];
+const DRAWN = [
+  { key: "c", what: "forces", name: "Contact forces" },
+  { key: "e", what: "frames", name: "Frames of bodies: x red, y green, z blue" },
+  { key: "i", what: "inertia", name: "Inertia boxes: same mass and inertia" },
+];
 const SEND_MS = 40;
 const REPEAT_MS = 2000;
 const HIDDEN_MS = 4000;
@@ -52,6 +57,11 @@ export default {
         :aria-pressed="String(ghost)" :aria-label="ghostName"><q-tooltip>{{ ghostName }} (G)</q-tooltip></q-btn>
       <q-btn v-if="facts.target" flat round dense size="sm" icon="flag" :color="target ? 'primary' : undefined" @click="toggle('target')"
         :aria-pressed="String(target)" aria-label="Show the target"><q-tooltip>Show the target (T)</q-tooltip></q-btn>
+      <q-btn flat round dense size="sm" icon="layers" aria-label="What is drawn"><q-tooltip>What is drawn (C, E, I)</q-tooltip>
+        <q-menu><q-list dense><q-item v-for="one in layers" :key="one.key" clickable @click="draw(one.what)"
+          role="menuitemcheckbox" :aria-checked="String(drawing[one.what])"><q-item-section avatar>
+          <q-icon :name="drawing[one.what] ? 'check_box' : 'check_box_outline_blank'" /></q-item-section>
+          <q-item-section>{{ one.name }} ({{ one.key.toUpperCase() }})</q-item-section></q-item></q-list></q-menu></q-btn>
       <q-btn flat round dense size="sm" icon="photo_camera" @click="download" aria-label="Save a picture">
         <q-tooltip>Save a picture (P)</q-tooltip></q-btn>
       <q-btn flat round dense size="sm" icon="fullscreen" @click="fullScreen" aria-label="Full screen">
@@ -121,7 +131,9 @@ export default {
       byTension: true,
       speeds: SPEEDS,
       sides: SIDES,
-      keys: "Space plays and pauses, comma and period step, R resets, Ctrl and the mouse drag a body, M measures, G leaves a ghost, T shows the target, arrows turn, plus and minus zoom, F frames, 1, 2 and 3 look from front, side and top, X sees through, P saves a picture.",
+      layers: DRAWN,
+      drawing: { forces: true, frames: false, inertia: false },
+      keys: "Space plays and pauses, comma and period step, R resets, Ctrl and the mouse drag a body, M measures, G leaves a ghost, T shows the target, C, E and I draw contact forces, frames and inertia boxes, arrows turn, plus and minus zoom, F frames, 1, 2 and 3 look from front, side and top, X sees through, P saves a picture.",
     };
   },
 
@@ -268,10 +280,15 @@ export default {
     },
     receive(kind, value) {
       if (kind === FACTS) {
+        const leader = this.together && !this.facts && [...TOGETHER].find((other) => other !== this && other.facts);
+        this.turned = true; // a model that comes later leaves the views before it as they are
         this.facts = Object.freeze(value);
         this.viewer.show(value);
+        if (leader) this.viewer.lookFrom(leader.viewer.whence());
+        this.turned = false;
         this.following = value.is_free;
         this.viewer.setXray(this.xray);
+        this.viewer.setDrawn(this.drawing);
         this.viewer.setTarget(this.target);
         this.viewer.setByTension(this.byTension && this.state.known);
         this.ghost = this.measuring = false;
@@ -357,6 +374,10 @@ export default {
     step(by) {
       if (this.state.duration_s) this.seek(Math.min(Math.max(this.time + by * STEP_S, 0), this.state.duration_s));
     },
+    draw(what) {
+      this.drawing[what] = !this.drawing[what];
+      this.viewer.setDrawn(this.drawing);
+    },
     toggle(name) {
       this[name] = !this[name];
     },
@@ -381,7 +402,8 @@ export default {
     tooltip(thing) {
       const index = this.facts.tendons.findIndex((tendon) => thing.kind === "tendon" && tendon.name === thing.name);
       const pulled = index < 0 ? "" : ` · ${this.number(this.tensions[index] ?? 0)} N`;
-      return shortName(thing.name) + pulled;
+      const body = this.drawing.inertia && this.facts.bodies.find((one) => thing.kind === "body" && one.name === thing.name);
+      return shortName(thing.name) + pulled + (body ? ` · ${this.number(1000 * body.mass_kg)} g` : "");
     },
     /** Put the labels of lit bodies where these are now; called after each picture. */
     drawn() {
@@ -407,6 +429,7 @@ export default {
         m: () => this.measure(),
         g: () => this.toggleGhost(),
         t: () => this.facts.target && this.toggle("target"),
+        ...Object.fromEntries(DRAWN.map(({ key, what }) => [key, () => this.draw(what)])),
         ",": () => this.step(-1),
         ".": () => this.step(1),
         p: () => this.download(),
