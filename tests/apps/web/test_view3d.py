@@ -20,6 +20,8 @@ from robots import arm
 from aidsr.apps.web.view3d import Episode, Model, SceneStream
 from aidsr.apps.web.view3d.display_model import DisplayModel
 from aidsr.apps.web.view3d.frames import Kind, Snapshot, kind_of, pack_frame
+from aidsr.apps.web.view3d.motions import Motion
+from aidsr.apps.web.view3d.tracks import tracks_of
 from aidsr.core.errors import UserError
 
 WAIT_S = 120.0
@@ -182,6 +184,22 @@ def test_what_is_known_of_an_episode_becomes_tracks_and_events(tmp_path: Path) -
     assert state["known"]
     assert state["speed"] == pytest.approx(0.1), "0.4 s are slowed down to 4 s"
     np.testing.assert_allclose(moment.contacts, [[0, 0, 0.1, 0, 0, 2.0]], atol=1e-6)
+
+
+def test_a_peak_shorter_than_a_point_of_a_track_is_drawn() -> None:
+    shown = DisplayModel.of(arm())
+    rows = 5000
+    tension = np.zeros((rows, shown.model.ntendon))
+    tension[1234, 1] = 30.0
+    arrays = {
+        "qpos": np.zeros((rows, shown.model.nq)),
+        "tension_n": tension,
+        "contacts": np.array([[4321.0, 0, 0, 0, 0, 0, 6.5]]),
+    }
+    told = tracks_of(Motion.recorded(shown.model, 0.01, arrays, ""), shown.facts)
+    assert [track["high"] for track in told["tracks"]] == [30.0, 6.5]
+    assert {12.34, 43.21} <= set(told["times"])
+    assert len(told["times"]) < 1900
 
 
 def test_a_body_is_dragged_and_what_was_done_is_looked_back_at() -> None:

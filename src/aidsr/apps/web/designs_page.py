@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import groupby
@@ -17,7 +17,10 @@ from aidsr.apps.web.live import as_action, live
 from aidsr.apps.web.site import DesignView, RunView, Site, model_in_words
 from aidsr.apps.web.widgets import badge, box, button, image, label_cells, text, thumbnail_address
 from aidsr.core.errors import UserError
+from aidsr.fabrication.schema import PartEntry
 from aidsr.runs import DesignFolder
+from aidsr.runs.compare import attempted
+from aidsr.runs.files import JsonFile
 from aidsr.runs.trainings import trainings_of
 
 MOST_COMPARED = 4
@@ -54,6 +57,8 @@ class DesignRow:
     """Share of held-out episodes won by its best policy; None where it has none."""
     started: str
     picture: str
+    amounts: tuple[tuple[str, float], ...] = ()
+    """What its success can be plotted against, for a design with a policy."""
 
     @property
     def key(self) -> str:
@@ -70,6 +75,8 @@ class _Wanted:
     model: str = ""
     state: str = ""
     group: str = ""
+    against: str = ""
+    """Amount of the plot; empty for the first there is."""
     by: str = "started"
     falling: bool = True
     picked: tuple[str, ...] = ()
@@ -125,10 +132,11 @@ def _read(site: Site) -> tuple[DesignRow, ...]:
 def design_row(view: RunView, design: DesignView, folder: DesignFolder) -> DesignRow:
     """Return a design as a row of the table."""
     status, record = design.status, view.status.record
-    shares = []
+    shares, amounts = [], ()
     if design.trained:
         verdicts = [verdict for one in trainings_of(folder) if (verdict := one.evaluation.read()) is not None]
         shares = [verdict.success_share for verdict in verdicts]
+        amounts = tuple(_amounts(design, folder))
     return DesignRow(
         run=view.name,
         number=status.number,
@@ -142,7 +150,23 @@ def design_row(view: RunView, design: DesignView, folder: DesignFolder) -> Desig
         success=max(shares, default=None),
         started=record.started,
         picture=design.picture,
+        amounts=amounts,
     )
+
+
+def _amounts(design: DesignView, folder: DesignFolder) -> Iterator[tuple[str, float]]:
+    """Yield what a design took and what it is made of, as far as it is known."""
+    usage = design.status.usage
+    if usage.calls:
+        yield "tokens", usage.input_tokens + usage.output_tokens
+    report = attempted(folder, design.status.stands_at).report if design.status.stands_at else None
+    measured = report.measurements if report else {}
+    for name, key, factor in (("actuators", "actuators", 1.0), ("g moving", "moving_mass_kg", 1000.0)):
+        if measured.get(key) is not None:
+            yield name, factor * float(measured[key])
+    parts = JsonFile(folder.path / "export" / "parts.json", tuple[PartEntry, ...]).read()
+    if parts:
+        yield "printed parts", sum(part.copies for part in parts)
 
 
 def _draw(rows: tuple[DesignRow, ...], wanted: _Wanted, act: Callable[..., None]) -> None:
@@ -171,12 +195,31 @@ def _draw(rows: tuple[DesignRow, ...], wanted: _Wanted, act: Callable[..., None]
                     with box(tag="tr") as line:
                         _cells(row, wanted, act)
                     label_cells(line, ("", "", "", *list(_COLUMNS)[1:]))
-    trained = [row for row in shown if row.success is not None]
-    if len(trained) > 1 and any(row.tokens for row in trained):
-        with box("sheet stack", "section", aria_label="success against tokens"):
-            text("Held-out success against tokens", tag="h2")
-            points = [(row.tokens, row.success or 0.0, f"{row.concept} ({row.task})") for row in trained]
-            ui.html(scatter_svg(points), sanitize=False).classes("full")
+    _plot([row for row in shown if row.success is not None], wanted, act)
+
+
+def _plot(trained: list[DesignRow], wanted: _Wanted, act: Callable[..., None]) -> None:
+    """Plot held-out success against an amount that at least two designs have."""
+    amounts = [dict(row.amounts) for row in trained]
+    offered = [
+        name
+        for name in dict.fromkeys(name for each in amounts for name in each)
+        if sum(name in each for each in amounts) > 1
+    ]
+    if not offered:
+        return
+    against = wanted.against if wanted.against in offered else offered[0]
+    with box("sheet stack", "section", aria_label=f"success against {against}"):
+        with box("row apart"):
+            text("Held-out success against", tag="h2")
+            choice = ui.toggle(offered, value=against).props("dense unelevated")
+            choice.on_value_change(lambda event: as_action(partial(act, against=str(event.value)))())
+        points = [
+            (each[against], row.success or 0.0, f"{row.concept} ({row.task})")
+            for row, each in zip(trained, amounts, strict=True)
+            if against in each
+        ]
+        ui.html(scatter_svg(points, against), sanitize=False).classes("full")
 
 
 def _heading(column: str, wanted: _Wanted, act: Callable[..., None]) -> None:
@@ -211,7 +254,7 @@ def _cells(row: DesignRow, wanted: _Wanted, act: Callable[..., None]) -> None:
     with box(tag="td"):
         badge(row.state)
     text(str(row.iterations), "num", "td")
-    text(f"{row.tokens:,}".replace(",", " "), "num", "td")
+    text(f"{row.tokens:,}", "num", "td")
     text("–" if row.success is None else f"{row.success:.0%}", "num", "td")
     text(row.started[:10], "line numbers", "td")
 

@@ -10,6 +10,8 @@ const SIDES = [
 ];
 const DRAWN = [
   { key: "c", what: "forces", name: "Contact forces" },
+  { key: "v", what: "byTension", name: "Tendons in the colour of their tension", where: (facts) => facts.tendons.length },
+  { key: "x", what: "xray", name: "See through the surroundings", where: (facts) => facts.is_scene },
   { key: "e", what: "frames", name: "Frames of bodies: x red, y green, z blue" },
   { key: "i", what: "inertia", name: "Inertia boxes: same mass and inertia" },
 ];
@@ -45,21 +47,15 @@ export default {
           <q-item-section>{{ side.name }} ({{ side.key }})</q-item-section></q-item></q-list></q-menu></q-btn>
       <q-btn flat round dense size="sm" icon="my_location" :color="following ? 'primary' : undefined" @click="toggle('following')"
         :aria-pressed="String(following)" aria-label="Follow the robot"><q-tooltip>Follow the robot</q-tooltip></q-btn>
-      <q-btn v-if="facts.is_scene" flat round dense size="sm" icon="blur_on" :color="xray ? 'primary' : undefined"
-        @click="toggle('xray')" :aria-pressed="String(xray)" aria-label="See through the surroundings">
-        <q-tooltip>See through the surroundings (X)</q-tooltip></q-btn>
-      <q-btn v-if="facts.tendons.length" flat round dense size="sm" icon="palette" :color="byTension ? 'primary' : undefined"
-        @click="toggle('byTension')" :aria-pressed="String(byTension)" aria-label="Colour tendons by tension">
-        <q-tooltip>Colour tendons by tension</q-tooltip></q-btn>
       <q-btn flat round dense size="sm" icon="straighten" :color="measuring ? 'primary' : undefined" @click="measure"
         :aria-pressed="String(measuring)" aria-label="Measure between two points"><q-tooltip>Measure between two points (M)</q-tooltip></q-btn>
       <q-btn flat round dense size="sm" icon="control_camera" :color="ghost ? 'primary' : undefined" @click="toggleGhost"
         :aria-pressed="String(ghost)" :aria-label="ghostName"><q-tooltip>{{ ghostName }} (G)</q-tooltip></q-btn>
       <q-btn v-if="facts.target" flat round dense size="sm" icon="flag" :color="target ? 'primary' : undefined" @click="toggle('target')"
         :aria-pressed="String(target)" aria-label="Show the target"><q-tooltip>Show the target (T)</q-tooltip></q-btn>
-      <q-btn flat round dense size="sm" icon="layers" aria-label="What is drawn"><q-tooltip>What is drawn (C, E, I)</q-tooltip>
-        <q-menu><q-list dense><q-item v-for="one in layers" :key="one.key" clickable @click="draw(one.what)"
-          role="menuitemcheckbox" :aria-checked="String(drawing[one.what])"><q-item-section avatar>
+      <q-btn flat round dense size="sm" icon="layers" aria-label="What is drawn"><q-tooltip>What is drawn</q-tooltip>
+        <q-menu><q-list dense><q-item v-for="one in layers" :key="one.key" clickable @click="draw(one)" role="menuitemcheckbox"
+          :aria-checked="String(drawing[one.what])"><q-item-section avatar>
           <q-icon :name="drawing[one.what] ? 'check_box' : 'check_box_outline_blank'" /></q-item-section>
           <q-item-section>{{ one.name }} ({{ one.key.toUpperCase() }})</q-item-section></q-item></q-list></q-menu></q-btn>
       <q-btn flat round dense size="sm" icon="photo_camera" @click="download" aria-label="Save a picture">
@@ -69,7 +65,7 @@ export default {
     </div>
     <div class="v3d-measured" v-if="measuring">{{ distance === null ? 'Click two points' : distance }}</div>
     <div class="v3d-legend" v-if="facts && facts.tendons.length && !state.known">cable tension was not recorded</div>
-    <div class="v3d-legend" v-else-if="facts && facts.tendons.length && byTension">
+    <div class="v3d-legend" v-else-if="facts && facts.tendons.length && drawing.byTension">
       <span>slack</span><i></i><span>{{ number(facts.tendons[0].full_n) }} N</span></div>
     <div class="v3d-square" v-if="facts">squares of {{ squareText }}</div>
     <div class="v3d-cover" v-if="cover"><q-spinner v-if="busy" size="2em" /><div>{{ cover }}</div>
@@ -127,13 +123,10 @@ export default {
       ghost: false,
       target: true,
       following: false,
-      xray: false,
-      byTension: true,
       speeds: SPEEDS,
       sides: SIDES,
-      layers: DRAWN,
-      drawing: { forces: true, frames: false, inertia: false },
-      keys: "Space plays and pauses, comma and period step, R resets, Ctrl and the mouse drag a body, M measures, G leaves a ghost, T shows the target, C, E and I draw contact forces, frames and inertia boxes, arrows turn, plus and minus zoom, F frames, 1, 2 and 3 look from front, side and top, X sees through, P saves a picture.",
+      drawing: { forces: true, byTension: true, xray: false, frames: false, inertia: false },
+      keys: "Space plays and pauses, comma and period step, R resets, Ctrl and the mouse drag a body, M measures, G leaves a ghost, T shows the target, C, E and I draw contact forces, frames and inertia boxes, V colours tendons by tension, arrows turn, plus and minus zoom, F frames, 1, 2 and 3 look from front, side and top, X sees through, P saves a picture.",
     };
   },
 
@@ -180,6 +173,9 @@ export default {
     ghostName() {
       return this.facts?.ghost ? "Show the iteration before as a ghost" : "Leave a ghost where the robot is";
     },
+    layers() {
+      return DRAWN.filter((one) => one.where?.(this.facts) ?? true);
+    },
     pullable() {
       return this.facts.controls.some((control) => control.pulls_tendon);
     },
@@ -207,18 +203,11 @@ export default {
     following(on) {
       this.viewer.setFollowing(on);
     },
-    xray(on) {
-      this.viewer.setXray(on);
-    },
     target(on) {
       this.viewer.setTarget(on);
     },
-    byTension() {
-      this.viewer.setByTension(this.byTension && this.state.known);
-    },
-    "state.known"() {
-      this.viewer.setByTension(this.byTension && this.state.known);
-    },
+    drawing: { deep: true, handler: "dress" },
+    "state.known": "dress",
   },
 
   mounted() {
@@ -287,10 +276,8 @@ export default {
         if (leader) this.viewer.lookFrom(leader.viewer.whence());
         this.turned = false;
         this.following = value.is_free;
-        this.viewer.setXray(this.xray);
-        this.viewer.setDrawn(this.drawing);
         this.viewer.setTarget(this.target);
-        this.viewer.setByTension(this.byTension && this.state.known);
+        this.dress();
         this.ghost = this.measuring = false;
         this.light();
         this.$emit("ready");
@@ -374,9 +361,13 @@ export default {
     step(by) {
       if (this.state.duration_s) this.seek(Math.min(Math.max(this.time + by * STEP_S, 0), this.state.duration_s));
     },
-    draw(what) {
+    draw({ what }) {
       this.drawing[what] = !this.drawing[what];
+    },
+    dress() {
       this.viewer.setDrawn(this.drawing);
+      this.viewer.setXray(this.drawing.xray);
+      this.viewer.setByTension(this.drawing.byTension && this.state.known);
     },
     toggle(name) {
       this[name] = !this[name];
@@ -425,11 +416,10 @@ export default {
         r: () => this.send({ do: "reset" }),
         f: () => this.viewer.frame(),
         ...Object.fromEntries(SIDES.map((side) => [side.key, () => this.viewer.frame(side)])),
-        x: () => this.facts.is_scene && this.toggle("xray"),
         m: () => this.measure(),
         g: () => this.toggleGhost(),
         t: () => this.facts.target && this.toggle("target"),
-        ...Object.fromEntries(DRAWN.map(({ key, what }) => [key, () => this.draw(what)])),
+        ...Object.fromEntries(this.layers.map((one) => [one.key, () => this.draw(one)])),
         ",": () => this.step(-1),
         ".": () => this.step(1),
         p: () => this.download(),
