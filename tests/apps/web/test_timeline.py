@@ -1,5 +1,6 @@
 """Episodes over time, in a real browser: tracks, events, and what a person did with the live simulation."""
 
+import math
 import re
 from pathlib import Path
 
@@ -15,6 +16,8 @@ from aidsr.apps.web.site import Site
 from aidsr.runs import Run
 from aidsr.runs.files import replace_file
 from aidsr.runs.trainings import trainings_of
+
+LOOK = "Object.values(document.querySelector('.v3d-picture').viewer.camera.position)"
 
 
 def tracks(page: Page) -> list[str]:
@@ -125,6 +128,17 @@ def test_what_a_person_did_is_looked_back_at_and_distances_are_measured(arm_run:
         expect(page.get_by_text("Click two points")).to_be_visible()
         stage = page.locator(".v3d-picture canvas").bounding_box()
         assert stage
-        for x in range(3, 8):  # somewhere across the middle stands the robot
-            page.mouse.click(stage["x"] + stage["width"] * x / 10, stage["y"] + stage["height"] * 0.55)
-        expect(page.locator(".v3d-measured")).to_be_visible()
+        seen_from = page.evaluate(LOOK)
+        spots = page.evaluate("""[2, 6].map((index) => {
+            const { viewer } = document.querySelector('.v3d-picture');
+            const e = viewer.shapes.meshes.filter((one) => one?.userData.part.kind === 'geom')[index].matrix.elements;
+            return { ...viewer.project(e[12], e[13], e[14]), at: [e[12], e[13], e[14]] };
+        })""")
+        for spot in spots:
+            page.mouse.click(stage["x"] + spot["x"], stage["y"] + spot["y"])
+        page.mouse.move(stage["x"] + 10, stage["y"] + 10)
+        page.wait_for_timeout(500)
+        assert page.evaluate(LOOK) == pytest.approx(seen_from), "the camera stays where it is"
+        apart_mm = 1000 * math.dist(*(spot["at"] for spot in spots))
+        told = page.locator(".v3d-measured").inner_text()
+        assert float(told.removesuffix(" mm")) == pytest.approx(apart_mm, rel=0.1)  # on the skin, not in the middle

@@ -14,7 +14,7 @@ from nicegui import ui
 from aidsr.apps.web.curve import scatter_svg
 from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import as_action, live
-from aidsr.apps.web.site import DesignView, RunView, Site, model_in_words
+from aidsr.apps.web.site import DesignView, RunView, Site, model_in_words, state_of
 from aidsr.apps.web.widgets import badge, box, button, image, label_cells, text, thumbnail_address
 from aidsr.core.errors import UserError
 from aidsr.fabrication.schema import PartEntry
@@ -144,7 +144,7 @@ def design_row(view: RunView, design: DesignView, folder: DesignFolder) -> Desig
         task=record.task.rpartition("/")[2].replace("_", " ") or view.title,
         family=status.family,
         model=record.config.model,
-        state=status.outcome.outcome if status.outcome else status.state,
+        state=status.outcome.outcome if status.outcome else state_of(view.shown, design),
         iterations=status.iteration,
         tokens=status.usage.input_tokens + status.usage.output_tokens,
         success=max(shares, default=None),

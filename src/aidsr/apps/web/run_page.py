@@ -14,7 +14,7 @@ from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import Rows, as_action, live, watch
 from aidsr.apps.web.manual_panel import manual_panel
 from aidsr.apps.web.model_form import budget_from, limit_fields
-from aidsr.apps.web.site import DesignView, Job, RunView, Shown, Site, model_in_words
+from aidsr.apps.web.site import DesignView, Job, RunView, Shown, Site, model_in_words, state_of
 from aidsr.apps.web.widgets import (
     badge,
     box,
@@ -239,7 +239,7 @@ def _column(facts: tuple[str, Shown, DesignView]) -> None:
                 with box(tag="h2"):
                     ui.link(f"{status.number}. {status.concept or 'concept'}", address)
                 text(status.family, "small soft")
-            badge(status.outcome.outcome if status.outcome else _state(shown, design))
+            badge(status.outcome.outcome if status.outcome else state_of(shown, design))
         _doing(shown, design)
         working = shown not in ("interrupted", "stopped")
         strip(design.attempts, lambda number: f"{address}?iteration={number}", at_work=working)
@@ -256,11 +256,6 @@ def _column(facts: tuple[str, Shown, DesignView]) -> None:
                 fact("fixed by code", str(status.mechanical_repairs))
             if design.trained:
                 fact("trained", "successful" if design.successful else "valid" if design.valid else "not valid")
-
-
-def _state(shown: Shown, design: DesignView) -> str:
-    state = design.status.state
-    return shown if state == "running" and shown in ("interrupted", "waiting") else state
 
 
 def _doing(shown: Shown, design: DesignView) -> None:

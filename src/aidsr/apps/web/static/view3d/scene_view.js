@@ -90,10 +90,10 @@ export default {
   <div class="v3d-sliders" v-if="facts && controls && facts.controls.length && state.known">
     <div class="v3d-head"><b>{{ pullable ? 'Pull the tendons' : 'Move the actuators' }}</b>
       <q-btn flat dense no-caps size="sm" label="Let go" @click="letGo"><q-tooltip>Every command back to doing nothing</q-tooltip></q-btn></div>
-    <div v-for="row in rows" :key="row.key" class="v3d-row" :class="{'v3d-member': row.member}">
+    <div v-for="row in rows" :key="row.key" class="v3d-row" :class="{'v3d-member': row.member, 'v3d-group': row.group}">
       <div class="v3d-name" :title="row.label">{{ row.label }}</div>
       <q-slider dense :min="0" :max="1" :step="0.005" :model-value="row.share" @update:model-value="pull(row, $event)"
-        :aria-label="row.label" :color="row.group ? 'secondary' : 'primary'" />
+        :aria-label="row.label" color="primary" />
       <div class="v3d-value">{{ row.value }}</div>
     </div>
   </div>

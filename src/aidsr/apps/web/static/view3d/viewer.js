@@ -387,7 +387,8 @@ export class Viewer {
     this.canvas.addEventListener("pointerup", (event) => {
       const moved = down && Math.hypot(event.clientX - down[0], event.clientY - down[1]);
       down = null;
-      if (moved !== null && moved < CLICK_PX && event.button === 0) this.listener.pick(this.at(event));
+      const clicked = moved !== null && moved < CLICK_PX && event.button === 0;
+      if (clicked && !this.hands.measuring) this.listener.pick(this.at(event));
     });
     this.canvas.addEventListener("pointermove", (event) => (this.pointer = event.buttons ? null : event));
     this.canvas.addEventListener("pointerleave", () => {
