@@ -5,13 +5,14 @@ from pathlib import Path
 
 import av
 import numpy as np
-from browser import Server, browsing, open_tab
+from browser import PATIENCE_MS, Server, browsing, open_tab
 from made import MJCF, concept, made_run, made_training
 from PIL import Image
 from playwright.sync_api import Response, expect
+from test_studies_panel import made_study
 
 from aidsr.apps.web.site import Site
-from aidsr.core.artifacts import PlausibilityCheck
+from aidsr.core.artifacts import PlausibilityCheck, ValidationReport
 from aidsr.core.calls import CallRecord
 from aidsr.runs import EventLog
 from aidsr.runs.events import StepStarted
@@ -145,7 +146,13 @@ def test_a_film_of_half_a_second_is_slowed_down(runs: Path, server: Server) -> N
         page = visitor.new_page()
         page.goto(server.address(f"/run/{run.path.name}/1?tab=training"))
         page.get_by_text("times real time").wait_for()
-        assert page.locator("video").evaluate("film => film.playbackRate") < 0.2
+        film = page.locator("video")
+        assert film.evaluate("film => film.playbackRate") < 0.2
+        film.evaluate(
+            "film => { film.onended = () => window.held = film.paused; film.currentTime = film.duration; film.play() }"
+        )
+        page.wait_for_function("window.held", timeout=PATIENCE_MS)  # its end stays for a while
+        page.wait_for_function("!document.querySelector('video').paused", timeout=PATIENCE_MS)
 
 
 def test_addresses_that_lead_nowhere_are_pages_of_ours(runs: Path, server: Server) -> None:
@@ -270,3 +277,80 @@ def test_a_prompt_is_compared_with_the_one_before(runs: Path, server: Server) ->
         folds.last.click()
         expect(page.get_by_text("What differs from this role's prompt before")).to_have_count(1)
         assert page.evaluate("window.stolen") is None
+
+
+def test_a_run_with_a_question_to_a_person_waits_and_says_why_the_last_reply_came_back(
+    runs: Path, server: Server
+) -> None:
+    prompts = runs / ".web" / "prompts" / "1"
+    run = made_run(runs, model=f"manual:{prompts}", designs=1)
+    (run.design(1).path / "outcome.json").unlink()
+    first = f"<!-- AID-SR question {'0' * 64}, asked by the coder -->"
+    earlier = "===== EARLIER REPLY =====\n\n<mujoco/>\n\n===== MESSAGE =====\n\nThe reply was empty.\n"
+    replace_file(prompts / "0001.prompt.md", f"{first}\n\n{earlier}".encode())
+    with browsing() as visitor, EventLog(run.events):
+        page = visitor.new_page()
+        page.goto(server.address())
+        expect(page.locator("tr .badge.waiting")).to_have_text("waiting")
+        expect(page.locator("tr .badge.running")).to_have_count(0)
+        page.goto(server.address(f"/run/{run.name}"))
+        expect(page.locator("h1 + .badge")).to_have_text("waiting")
+        expect(page.get_by_text("The reply was empty.").first).to_be_visible()
+
+
+def test_steps_are_never_more_than_asked_for(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    folder = made_training(run.design(1), (True,))
+    head = "steps,wall_s,episodes,success_share,progress,reward,diverged,steps_per_s\n"
+    replace_file(folder / "curve.csv", f"{head}4288,9,4,0.5,0.7,2.0,0,222\n".encode())
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{run.name}/1?tab=training"))
+        expect(page.get_by_text("4,000 of 4,000")).to_be_visible()
+
+
+def test_lengths_are_in_mm_and_masses_in_g_wherever_a_robot_is_described(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    measured = {"characteristic_length_m": 0.3, "moving_mass_kg": 0.06}
+    report = ValidationReport(stable=True, measurements=measured)
+    replace_file(run.design(1).iteration(2).scene_report.path, report.model_dump_json().encode())
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{run.name}"))
+        open_tab(page, "Side by side")
+        for words in ("300 mm", "60 g"):
+            expect(page.get_by_text(words, exact=True)).to_be_visible()
+        page.goto(server.address(f"/run/{run.name}/1?tab=found"))
+        for words in ("300 mm", "60 g"):
+            expect(page.get_by_text(words, exact=True)).to_be_visible()
+
+
+def test_on_a_phone_no_cell_of_a_list_is_out_of_sight(runs: Path, server: Server) -> None:
+    made_run(runs)
+    made_study(runs / "first")
+    with browsing(viewport={"width": 390, "height": 844}) as visitor:
+        page = visitor.new_page()
+        for address, list_ in (("/designs", "table.designs"), ("/work", "[aria-label=studies] table")):
+            page.goto(server.address(address))
+            page.locator(f"{list_} tbody td").first.wait_for()
+            cells = page.locator(f"{list_} tbody td:visible").all()
+            assert len(cells) > 8
+            for cell in cells:
+                place = cell.bounding_box()
+                assert place
+                assert place["x"] + place["width"] <= 390, cell.inner_text()
+
+
+def test_what_an_interrupted_run_left_off_is_not_at_work(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    (run.design(1).path / "outcome.json").unlink()
+    with EventLog(run.design(1).events) as log:
+        log.write(StepStarted(step="robot", iteration=3))
+    with browsing() as visitor:
+        page = visitor.new_page()
+        for address in (f"/run/{run.name}", f"/run/{run.name}/1"):
+            page.goto(server.address(address))
+            expect(page.get_by_text("left off")).to_be_visible()
+            expect(page.get_by_text("at work", exact=True)).to_have_count(0)
+        page.goto(server.address("/designs"))
+        expect(page.locator("table.designs .badge")).to_have_text("interrupted")
