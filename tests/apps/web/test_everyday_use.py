@@ -5,16 +5,18 @@ from pathlib import Path
 
 import av
 import numpy as np
-from browser import Server, browsing
+from browser import PATIENCE_MS, Server, browsing, open_tab
 from made import MJCF, concept, made_run, made_training
 from PIL import Image
 from playwright.sync_api import Response, expect
+from test_studies_panel import made_study
 
 from aidsr.apps.web.site import Site
-from aidsr.core.artifacts import PlausibilityCheck
+from aidsr.core.artifacts import PlausibilityCheck, ValidationReport
+from aidsr.core.calls import CallRecord
 from aidsr.runs import EventLog
 from aidsr.runs.events import StepStarted
-from aidsr.runs.files import replace_file
+from aidsr.runs.files import JsonFile, replace_file
 
 
 def test_a_robot_to_start_from_is_named_and_used_once(runs: Path, server: Server) -> None:
@@ -144,7 +146,13 @@ def test_a_film_of_half_a_second_is_slowed_down(runs: Path, server: Server) -> N
         page = visitor.new_page()
         page.goto(server.address(f"/run/{run.path.name}/1?tab=training"))
         page.get_by_text("times real time").wait_for()
-        assert page.locator("video").evaluate("film => film.playbackRate") < 0.2
+        film = page.locator("video")
+        assert film.evaluate("film => film.playbackRate") < 0.2
+        film.evaluate(
+            "film => { film.onended = () => window.held = film.paused; film.currentTime = film.duration; film.play() }"
+        )
+        page.wait_for_function("window.held", timeout=PATIENCE_MS)  # its end stays for a while
+        page.wait_for_function("!document.querySelector('video').paused", timeout=PATIENCE_MS)
 
 
 def test_addresses_that_lead_nowhere_are_pages_of_ours(runs: Path, server: Server) -> None:
@@ -220,3 +228,129 @@ def test_the_view_stays_in_sight_beside_a_long_panel(runs: Path, server: Server)
         last.hover()  # waits until the table is open, and scrolls
         expect(last).to_be_in_viewport()
         expect(page.locator(".view")).to_be_in_viewport(ratio=0.6)
+
+
+def test_a_run_that_waits_opens_on_what_it_waits_for(runs: Path, server: Server) -> None:
+    done, waits = made_run(runs), made_run(runs, waiting=True, started="2026-02-01T10:00:00+00:00")
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{done.name}"))
+        open_tab(page, "Log")
+        page.wait_for_timeout(500)  # which tab is open travels in the background
+        page.goto(server.address(f"/run/{waits.name}"))
+        expect(page.get_by_role("tab", name="Designs")).to_have_attribute("aria-selected", "true")
+        page.goto(server.address(f"/run/{done.name}"))
+        expect(page.get_by_role("tab", name="Log")).to_have_attribute("aria-selected", "true")
+
+
+def test_in_one_column_a_decision_comes_before_what_is_only_read(runs: Path, server: Server) -> None:
+    run = made_run(runs, waiting=True)
+    with browsing(viewport={"width": 390, "height": 844}) as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{run.name}/1"))
+        decision = page.get_by_role("region", name="your decision").bounding_box()
+        iterations = page.get_by_role("region", name="iterations").bounding_box()
+        assert decision
+        assert iterations
+        assert decision["y"] < iterations["y"]
+
+
+def test_a_prompt_is_compared_with_the_one_before(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    calls = run.design(1).iteration(2).path / "calls"
+    first = JsonFile(calls / "0001_coder.json", CallRecord).read()
+    assert first is not None
+    asked = first.question.messages[0].model_copy(update={"text": "Write it thinner.\n<script>stolen = 1</script>"})
+    question = first.question.model_copy(update={"messages": (asked,)})
+    later = first.model_copy(update={"question": question, "started": "2026-01-31T10:00:09+00:00"})
+    JsonFile(calls / "0002_coder.json", CallRecord).write(later)
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{run.name}/1?tab=log"))
+        folds = page.get_by_role("button", name="Coder asked made:up")
+        expect(folds).to_have_count(2)
+        folds.first.click()  # the newest
+        page.get_by_text("What differs from this role's prompt before").click()
+        shown = page.get_by_role("region", name="difference of the prompts")
+        expect(shown.locator(".plus").first).to_contain_text("Write it thinner.")
+        expect(shown.locator(".minus").first).to_contain_text("Write it.")
+        folds.last.click()
+        expect(page.get_by_text("What differs from this role's prompt before")).to_have_count(1)
+        assert page.evaluate("window.stolen") is None
+
+
+def test_a_run_with_a_question_to_a_person_waits_and_says_why_the_last_reply_came_back(
+    runs: Path, server: Server
+) -> None:
+    prompts = runs / ".web" / "prompts" / "1"
+    run = made_run(runs, model=f"manual:{prompts}", designs=1)
+    (run.design(1).path / "outcome.json").unlink()
+    first = f"<!-- AID-SR question {'0' * 64}, asked by the coder -->"
+    earlier = "===== EARLIER REPLY =====\n\n<mujoco/>\n\n===== MESSAGE =====\n\nThe reply was empty.\n"
+    replace_file(prompts / "0001.prompt.md", f"{first}\n\n{earlier}".encode())
+    with browsing() as visitor, EventLog(run.events):
+        page = visitor.new_page()
+        page.goto(server.address())
+        expect(page.locator("tr .badge.waiting")).to_have_text("waiting")
+        expect(page.locator("tr .badge.running")).to_have_count(0)
+        page.goto(server.address(f"/run/{run.name}"))
+        expect(page.locator("h1 + .badge")).to_have_text("waiting")
+        expect(page.get_by_text("The reply was empty.").first).to_be_visible()
+
+
+def test_steps_are_never_more_than_asked_for(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    folder = made_training(run.design(1), (True,))
+    head = "steps,wall_s,episodes,success_share,progress,reward,diverged,steps_per_s\n"
+    replace_file(folder / "curve.csv", f"{head}4288,9,4,0.5,0.7,2.0,0,222\n".encode())
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{run.name}/1?tab=training"))
+        expect(page.get_by_text("4,000 of 4,000")).to_be_visible()
+
+
+def test_lengths_are_in_mm_and_masses_in_g_wherever_a_robot_is_described(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    measured = {"characteristic_length_m": 0.3, "moving_mass_kg": 0.06}
+    report = ValidationReport(stable=True, measurements=measured)
+    replace_file(run.design(1).iteration(2).scene_report.path, report.model_dump_json().encode())
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{run.name}"))
+        open_tab(page, "Side by side")
+        for words in ("300 mm", "60 g"):
+            expect(page.get_by_text(words, exact=True)).to_be_visible()
+        page.goto(server.address(f"/run/{run.name}/1?tab=found"))
+        for words in ("300 mm", "60 g"):
+            expect(page.get_by_text(words, exact=True)).to_be_visible()
+
+
+def test_on_a_phone_no_cell_of_a_list_is_out_of_sight(runs: Path, server: Server) -> None:
+    made_run(runs)
+    made_study(runs / "first")
+    with browsing(viewport={"width": 390, "height": 844}) as visitor:
+        page = visitor.new_page()
+        for address, list_ in (("/designs", "table.designs"), ("/work", "[aria-label=studies] table")):
+            page.goto(server.address(address))
+            page.locator(f"{list_} tbody td").first.wait_for()
+            cells = page.locator(f"{list_} tbody td:visible").all()
+            assert len(cells) > 8
+            for cell in cells:
+                place = cell.bounding_box()
+                assert place
+                assert place["x"] + place["width"] <= 390, cell.inner_text()
+
+
+def test_what_an_interrupted_run_left_off_is_not_at_work(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    (run.design(1).path / "outcome.json").unlink()
+    with EventLog(run.design(1).events) as log:
+        log.write(StepStarted(step="robot", iteration=3))
+    with browsing() as visitor:
+        page = visitor.new_page()
+        for address in (f"/run/{run.name}", f"/run/{run.name}/1"):
+            page.goto(server.address(address))
+            expect(page.get_by_text("left off")).to_be_visible()
+            expect(page.get_by_text("at work", exact=True)).to_have_count(0)
+        page.goto(server.address("/designs"))
+        expect(page.locator("table.designs .badge")).to_have_text("interrupted")

@@ -301,7 +301,7 @@ def test_pictures_for_the_docs(runs: Path, server: Server) -> None:
         page.goto(f"{run}/2?tab=training")
         page.get_by_role("button", name="Start training").click()
         page.goto(server.address("/work"))
-        page.get_by_text("of 300 000 steps").wait_for()
+        page.get_by_text("of 300,000 steps").wait_for()
         shoot(page, "work")
         page.get_by_role("button", name="Stop").last.click()
         page.goto(waiting)

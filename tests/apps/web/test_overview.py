@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 from browser import Server, browsing, choose
-from made import made_run, made_training
+from made import made_export, made_run, made_training
 from playwright.sync_api import expect
-from robots import arm
+from robots import arm, gripper
 
 from aidsr.apps.web.site import Site
 from aidsr.runs import EventLog
@@ -35,7 +35,7 @@ def test_what_is_at_work_and_what_waits_stands_in_one_place(runs: Path, server: 
         rows_shown = page.locator("table.work tbody tr")
         expect(rows_shown).to_have_count(2)
         expect(rows_shown.nth(0)).to_contain_text("waits for your decision")
-        expect(rows_shown.nth(1)).to_contain_text("1 000 of 4 000 steps")
+        expect(rows_shown.nth(1)).to_contain_text("1,000 of 4,000 steps")
         expect(rows_shown.nth(1)).to_contain_text("about 30")
         expect(rows_shown.nth(1).get_by_role("button", name="Stop")).to_be_visible()
         replace_file(run.design(1).iteration(2).decision.path, b'{"verdict": "quit"}')
@@ -81,6 +81,7 @@ def test_designs_of_all_runs_are_filtered_sorted_and_compared(runs: Path, server
     made_run(runs, name="Worm", task="locomotion/tunnel", designs=1, started="2026-02-01T10:00:00+00:00")
     for number, won in ((1, (True, False)), (2, (True, True))):
         made_training(first.design(number), won)
+        made_export(first.design(number))
         first.design(number).iteration(2).scene.xml.path.write_text(arm())
     with browsing(webgl=True) as visitor:
         page = visitor.new_page()
@@ -92,7 +93,13 @@ def test_designs_of_all_runs_are_filtered_sorted_and_compared(runs: Path, server
         choose(page, "task", "tunnel")
         expect(names).to_have_text(["1. Worm 1"])
         choose(page, "task", "all")
-        expect(page.get_by_role("img", name="held-out success against tokens")).to_be_visible()
+        plot = page.get_by_role("region", name="success against")
+        expect(plot.get_by_role("button")).to_have_text(["tokens", "actuators", "g moving", "printed parts"])
+        expect(plot.get_by_role("img", name="held-out success against tokens")).to_be_visible()
+        plot.get_by_role("button", name="printed parts").click()
+        expect(plot.get_by_role("img", name="held-out success against printed parts").locator("circle")).to_have_count(
+            2
+        )
         page.get_by_role("checkbox", name="compare Arm 1").click()
         page.get_by_role("checkbox", name="compare Arm 2").click()
         page.get_by_role("button", name="Compare", exact=True).click()
@@ -107,3 +114,32 @@ def test_designs_of_all_runs_are_filtered_sorted_and_compared(runs: Path, server
         after = page.evaluate(look)
         assert after[0] != pytest.approx(before[0], rel=1e-3)
         assert after[1] == pytest.approx(after[0], rel=1e-3)
+
+
+def test_a_comparison_sees_each_robot_whole_whatever_its_size(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=2)
+    for number, robot in ((1, arm()), (2, gripper())):
+        run.design(number).iteration(2).scene.xml.path.write_text(robot)
+    with browsing(webgl=True) as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/compare?design={run.name}/1&design={run.name}/2"))
+        expect(page.get_by_text("squares of")).to_have_count(2)
+        page.get_by_label("3-D view of 1. Arm 1").press("ArrowLeft")
+        away = page.evaluate("""[...document.querySelectorAll('.v3d-picture')].map(({ viewer }) =>
+            viewer.camera.position.distanceTo(viewer.controls.target) / viewer.facts.camera.distance)""")
+        lengths = page.evaluate("""[...document.querySelectorAll('.v3d-picture')].map(({ viewer }) =>
+            viewer.facts.camera.distance / viewer.facts.length_m)""")
+        assert lengths[0] != pytest.approx(lengths[1], rel=0.2), "they fill the view at different distances"
+        assert away == pytest.approx([1.0, 1.0], rel=0.05)
+
+
+def test_a_comparison_of_nothing_offers_designs(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=2)
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/compare?design={run.name}/2"))
+        expect(page.get_by_text("Pick two to four designs of any runs.")).to_be_visible()
+        expect(page.get_by_role("checkbox", name="compare Arm 2")).to_be_checked()
+        page.get_by_role("checkbox", name="compare Arm 1").click()
+        page.get_by_role("button", name="Compare", exact=True).click()
+        expect(page.get_by_role("heading", name="What differs in the MJCF")).to_be_visible()

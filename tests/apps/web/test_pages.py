@@ -296,7 +296,7 @@ async def test_a_trained_design_is_shown_and_a_persons_word_kept(user: User, sit
     os.utime(noted, (1, 1))
     await user.open(f"/run/{run.path.name}/1")
     user.find("Training").click()
-    for said in ("3 of 4", "2 000 of 4 000", "energy kept", "There is no film", "Replay best"):
+    for said in ("3 of 4", "2,000 of 4,000", "energy kept", "There is no film", "Replay best"):
         await user.should_see(said)
     assert "best of training 1" in shown(user)
     press(user, "Replay best")

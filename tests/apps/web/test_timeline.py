@@ -1,5 +1,6 @@
 """Episodes over time, in a real browser: tracks, events, and what a person did with the live simulation."""
 
+import math
 import re
 from pathlib import Path
 
@@ -15,6 +16,8 @@ from aidsr.apps.web.site import Site
 from aidsr.runs import Run
 from aidsr.runs.files import replace_file
 from aidsr.runs.trainings import trainings_of
+
+LOOK = "Object.values(document.querySelector('.v3d-picture').viewer.camera.position)"
 
 
 def tracks(page: Page) -> list[str]:
@@ -48,6 +51,35 @@ def test_any_held_out_episode_is_seen_with_its_cables_and_contacts(runs: Path, a
         expect(page.locator(".v3d-key", has_text="all contacts")).to_contain_text("2 N")
         page.get_by_label("3-D view of").press(".")
         expect(page.locator(".v3d-clock")).to_contain_text("0.31 s")
+        charts = page.locator(".v3d-track svg")
+        expect(charts).to_have_count(4)
+        page.get_by_role("button", name="command").click()
+        expect(page.get_by_role("button", name="command")).to_have_attribute("aria-expanded", "false")
+        expect(charts).to_have_count(3)
+        page.reload()
+        page.get_by_text("squares of").wait_for()
+        page.get_by_text("All 3 held-out episodes").click()
+        page.get_by_role("button", name="Replay episode 2").click()
+        expect(charts).to_have_count(3)
+
+
+def test_frames_inertia_and_contact_forces_are_drawn_on_request(arm_run: Run, server: Server) -> None:
+    drawn = """() => {
+        const { bodies, forces } = document.querySelector('.v3d-picture').viewer;
+        return [forces.group.visible, bodies.frames.visible, bodies.inertia.visible];
+    }"""
+    with browsing(webgl=True) as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{arm_run.name}/1"))
+        page.get_by_text("squares of").wait_for()
+        assert page.evaluate(drawn) == [True, False, False]
+        page.get_by_role("button", name="What is drawn").click()
+        page.get_by_role("menuitemcheckbox", name="Contact forces").click()
+        expect(page.get_by_role("menuitemcheckbox", name="Contact forces")).to_have_attribute("aria-checked", "false")
+        page.keyboard.press("Escape")
+        for key in ("e", "i"):
+            page.get_by_label("3-D view of").press(key)
+        assert page.evaluate(drawn) == [False, True, True]
 
 
 def test_motions_of_a_probe_are_seen_with_their_cables_and_progress(runs: Path, server: Server) -> None:
@@ -96,6 +128,17 @@ def test_what_a_person_did_is_looked_back_at_and_distances_are_measured(arm_run:
         expect(page.get_by_text("Click two points")).to_be_visible()
         stage = page.locator(".v3d-picture canvas").bounding_box()
         assert stage
-        for x in range(3, 8):  # somewhere across the middle stands the robot
-            page.mouse.click(stage["x"] + stage["width"] * x / 10, stage["y"] + stage["height"] * 0.55)
-        expect(page.locator(".v3d-measured")).to_be_visible()
+        seen_from = page.evaluate(LOOK)
+        spots = page.evaluate("""[2, 6].map((index) => {
+            const { viewer } = document.querySelector('.v3d-picture');
+            const e = viewer.shapes.meshes.filter((one) => one?.userData.part.kind === 'geom')[index].matrix.elements;
+            return { ...viewer.project(e[12], e[13], e[14]), at: [e[12], e[13], e[14]] };
+        })""")
+        for spot in spots:
+            page.mouse.click(stage["x"] + spot["x"], stage["y"] + spot["y"])
+        page.mouse.move(stage["x"] + 10, stage["y"] + 10)
+        page.wait_for_timeout(500)
+        assert page.evaluate(LOOK) == pytest.approx(seen_from), "the camera stays where it is"
+        apart_mm = 1000 * math.dist(*(spot["at"] for spot in spots))
+        told = page.locator(".v3d-measured").inner_text()
+        assert float(told.removesuffix(" mm")) == pytest.approx(apart_mm, rel=0.1)  # on the skin, not in the middle

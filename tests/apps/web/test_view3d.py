@@ -18,7 +18,10 @@ pytest.importorskip("nicegui", reason="needs the extra web")
 from robots import arm
 
 from aidsr.apps.web.view3d import Episode, Model, SceneStream
+from aidsr.apps.web.view3d.display_model import DisplayModel
 from aidsr.apps.web.view3d.frames import Kind, Snapshot, kind_of, pack_frame
+from aidsr.apps.web.view3d.motions import Motion
+from aidsr.apps.web.view3d.tracks import tracks_of
 from aidsr.core.errors import UserError
 
 WAIT_S = 120.0
@@ -85,6 +88,32 @@ def test_a_person_can_pull_a_tendon() -> None:
     assert len(before.poses) > 0
     assert len(before.segments) > 0
     assert after.ctrl.max() > before.ctrl.max()
+
+
+def test_frames_and_inertia_of_bodies_are_where_mujoco_has_them() -> None:
+    shown = DisplayModel.of(arm())
+    data = mujoco.MjData(shown.model)
+    data.qpos[:] = 0.1
+    mujoco.mj_forward(shown.model, data)
+    shapes = shown.parts.poses(data).astype(float)
+    bodies = shown.facts["bodies"]
+    assert len(bodies) > 5
+    for body in bodies:
+        one = data.body(body["name"])
+        where, turned = _put(shapes[body["part"]], body["pose"])
+        np.testing.assert_allclose(where, one.xpos, atol=2e-6)
+        np.testing.assert_allclose(turned.ravel(), one.xmat, atol=1e-5)
+        where, turned = _put(shapes[body["part"]], body["inertia"]["pose"])
+        np.testing.assert_allclose(where, one.xipos, atol=2e-6)
+        squares = np.square(body["inertia"]["size"])
+        moments = body["mass_kg"] / 3 * (squares.sum() - squares)
+        np.testing.assert_allclose(moments, shown.model.body(body["name"]).inertia, rtol=0.02)
+
+
+def _put(pose: Any, local: Any) -> tuple[Any, Any]:
+    """Return position and rotation of a local pose in the world."""
+    turned = np.reshape(pose[3:], (3, 3))
+    return pose[:3] + turned @ local[:3], turned @ np.reshape(local[3:], (3, 3))
 
 
 def test_a_recorded_episode_is_played_in_its_own_scene(tmp_path: Path) -> None:
@@ -155,6 +184,22 @@ def test_what_is_known_of_an_episode_becomes_tracks_and_events(tmp_path: Path) -
     assert state["known"]
     assert state["speed"] == pytest.approx(0.1), "0.4 s are slowed down to 4 s"
     np.testing.assert_allclose(moment.contacts, [[0, 0, 0.1, 0, 0, 2.0]], atol=1e-6)
+
+
+def test_a_peak_shorter_than_a_point_of_a_track_is_drawn() -> None:
+    shown = DisplayModel.of(arm())
+    rows = 5000
+    tension = np.zeros((rows, shown.model.ntendon))
+    tension[1234, 1] = 30.0
+    arrays = {
+        "qpos": np.zeros((rows, shown.model.nq)),
+        "tension_n": tension,
+        "contacts": np.array([[4321.0, 0, 0, 0, 0, 0, 6.5]]),
+    }
+    told = tracks_of(Motion.recorded(shown.model, 0.01, arrays, ""), shown.facts)
+    assert [track["high"] for track in told["tracks"]] == [30.0, 6.5]
+    assert {12.34, 43.21} <= set(told["times"])
+    assert len(told["times"]) < 1900
 
 
 def test_a_body_is_dragged_and_what_was_done_is_looked_back_at() -> None:

@@ -10,7 +10,7 @@ from nicegui import ui
 
 from aidsr.apps.web.comparison import compare_measured
 from aidsr.apps.web.curve import CURVE_COLOURS, curves_svg
-from aidsr.apps.web.designs_page import MOST_COMPARED
+from aidsr.apps.web.designs_page import MOST_COMPARED, designs_to_pick
 from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import as_action, show_error
 from aidsr.apps.web.mjcf_text import difference
@@ -64,10 +64,11 @@ def add_compare_page(site: Site) -> None:
     def compare_page(design: list[str] = Query(default=[])) -> None:  # noqa: B008  # as FastAPI has it
         try:
             compared = [_found(site, each) for each in design[:MOST_COMPARED]]
-            if len(compared) < 2:
-                raise UserError("pick two to four designs to compare them")
         except AidsrError as error:
             not_found(error)
+            return
+        if len(compared) < 2:
+            _nothing_picked(site, compared)
             return
         with frame("Compare", ("Runs", "/"), ("Designs", "/designs"), site=site):
             text("Compare designs", tag="h1")
@@ -83,6 +84,18 @@ def add_compare_page(site: Site) -> None:
                         concept_in_words(attempted(one.folder, one.stands_at).concept if one.stands_at else None)
                         _faults(one)
             _mjcf(compared)
+
+
+def _nothing_picked(site: Site, picked: list[_Compared]) -> None:
+    """Say what a comparison needs, and offer the designs there are."""
+    with frame("Compare", ("Runs", "/"), ("Designs", "/designs"), site=site):
+        text("Compare designs", tag="h1")
+        told = (
+            "Pick two to four designs of any runs. Their views turn together, and what was measured, their learning "
+            "curves, concepts, faults and MJCF stand side by side."
+        )
+        text(told, "soft", "p")
+        designs_to_pick(site, tuple(f"{one.run.name}/{one.folder.number}" for one in picked))
 
 
 def _found(site: Site, named: str) -> _Compared:

@@ -11,6 +11,7 @@ from nicegui import run as background
 from nicegui import ui
 
 from aidsr.apps.web.call_chart import ChartedCall, call_chart_svg
+from aidsr.apps.web.mjcf_text import difference
 from aidsr.apps.web.widgets import box, long_text, text
 from aidsr.core.calls import CallRecord
 from aidsr.core.errors import UserError
@@ -96,12 +97,18 @@ def conversation(run: Run, design: int | None = None) -> None:
     with box("log") as lines:
         pass
     shown: list[tuple[Entry, ui.element]] = []
+    latest: dict[tuple[int, str], CallRecord] = {}
+    """The newest call of each design and role."""
 
     def add(entries: tuple[Entry, ...]) -> None:
         words = _words(wanted.value)
         for entry in entries:
+            before = None
+            if entry.call is not None:
+                asked = entry.design, entry.call.question.role
+                before, latest[asked] = latest.get(asked), entry.call
             with lines:
-                line = _line(entry)
+                line = _line(entry, before)
             line.move(target_index=0)
             line.set_visibility(entry.has(words))
             shown.append((entry, line))
@@ -142,7 +149,8 @@ def _words(typed: object) -> list[str]:
     return str(typed or "").lower().split()
 
 
-def _line(entry: Entry) -> ui.element:
+def _line(entry: Entry, before: CallRecord | None) -> ui.element:
+    """Show a line; `before` is the call of the same design and role that came before this one."""
     with box("entry") as line:
         text(entry.time[11:19], "when")
         place = f"design {entry.design}" if entry.design else "run"
@@ -154,11 +162,11 @@ def _line(entry: Entry) -> ui.element:
                 why = _why_again(entry.call)
                 if why:
                     text(f"the reply before was sent back: {why}", "small wait clamp", "p")
-                _call(entry.line, entry.call)
+                _call(entry.line, entry.call, before)
     return line
 
 
-def _call(line: str, call: CallRecord) -> None:
+def _call(line: str, call: CallRecord, before: CallRecord | None) -> None:
     """Prompt and reply are long, so they travel to the browser only when they are asked for."""
     with ui.expansion(line).props("dense dense-toggle switch-toggle-side").classes("full") as fold:
         pass
@@ -167,6 +175,8 @@ def _call(line: str, call: CallRecord) -> None:
         if not is_open or fold.default_slot.children:
             return
         with fold:
+            if before is not None:
+                _prompt_difference(before, call)
             for message in call.question.messages:
                 text(message.role, "label")
                 long_text(message.text, "prompt")
@@ -178,6 +188,24 @@ def _call(line: str, call: CallRecord) -> None:
                 text(f"failed attempt: {attempt.error}", "small bad", "p")
 
     fold.on_value_change(lambda event: partial(unfold, is_open=bool(event.value))())
+
+
+def _prompt_difference(before: CallRecord, call: CallRecord) -> None:
+    """Offer what differs from the prompt that the same role was given before."""
+    with ui.expansion("What differs from this role's prompt before").props(
+        "dense dense-toggle switch-toggle-side"
+    ) as fold:
+        html = difference(_prompt(before), _prompt(call))
+        if not html:
+            text("Nothing differs.", "soft")
+            return
+        shown = ui.html(html, sanitize=False).classes("code prose full")  # our own markup around escaped pieces
+        shown.props.update({"tabindex": "0", "role": "region", "aria-label": "difference of the prompts"})
+    fold.classes("full")
+
+
+def _prompt(call: CallRecord) -> str:
+    return "\n".join(f"[{message.role}]\n{message.text}" for message in call.question.messages)
 
 
 def _why_again(call: CallRecord) -> str:

@@ -41,15 +41,15 @@ def curves_svg(curves: Sequence[tuple[str, Sequence[CurveRow]]]) -> str:
     return _framed("success over steps", most, "".join(drawn))
 
 
-def scatter_svg(points: Sequence[tuple[float, float, str]]) -> str:
-    """Return points of an amount and a share, each with its name as a tooltip."""
+def scatter_svg(points: Sequence[tuple[float, float, str]], against: str) -> str:
+    """Return points of an amount and a share, each with its name as a tooltip; `against` says what the amount is."""
     most = max((amount for amount, _, _ in points), default=1) or 1
     drawn = "".join(
         f'<circle class="dot" cx="{_across(amount, most):.1f}" cy="{_up(share):.1f}" r="4.5">'
-        f"<title>{escape(name)}: {share:.0%}, {_short(amount)}</title></circle>"
+        f"<title>{escape(name)}: {share:.0%}, {_short(amount)} {escape(against)}</title></circle>"
         for amount, share, name in points
     )
-    return _framed("held-out success against tokens", most, drawn)
+    return _framed(f"held-out success against {against}", most, drawn)
 
 
 def _across(amount: float, most: float) -> float:

@@ -114,10 +114,12 @@ def add_design_page(site: Site) -> None:
             with box("split beside"):
                 with box("stack wide"):
                     live(page.seen, partial(_scene, page))
-                    live(page.read, partial(_iterations, page))
+                    with box("stack wide iterations"):
+                        live(page.read, partial(_iterations, page))
                 with box("stack wide"):
                     live(partial(_awaited, page), partial(_review, page))
-                    _tabs(page, tab)
+                    with box("stack wide tabs"):
+                        _tabs(page, tab)
 
 
 def _title(facts: tuple[str, str, int, int]) -> None:
@@ -194,7 +196,7 @@ def _before(page: _Page, number: int, *, whole: bool) -> str:
 
 
 def _iterations(page: _Page, facts: tuple[DesignView, str, int]) -> None:
-    design, _, number = facts
+    design, shown, number = facts
     home = f"/run/{page.run.name}/{page.folder.number}"
     if page.folder.iteration(number).motion.path.exists():
         with box("sheet flush", "figure"):
@@ -206,7 +208,8 @@ def _iterations(page: _Page, facts: tuple[DesignView, str, int]) -> None:
             with box("film"):
                 for attempt in design.attempts:
                     _frame(page, attempt.number, f"{home}?iteration={attempt.number}", current=attempt.number == number)
-        strip(design.attempts, lambda each: f"{home}?iteration={each}")
+        working = shown not in ("interrupted", "stopped")
+        strip(design.attempts, lambda each: f"{home}?iteration={each}", at_work=working)
 
 
 def _frame(page: _Page, number: int, address: str, *, current: bool) -> None:

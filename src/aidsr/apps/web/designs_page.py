@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import groupby
@@ -14,10 +14,13 @@ from nicegui import ui
 from aidsr.apps.web.curve import scatter_svg
 from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import as_action, live
-from aidsr.apps.web.site import DesignView, RunView, Site, model_in_words
-from aidsr.apps.web.widgets import badge, box, button, image, text, thumbnail_address
+from aidsr.apps.web.site import DesignView, RunView, Site, model_in_words, state_of
+from aidsr.apps.web.widgets import badge, box, button, image, label_cells, text, thumbnail_address
 from aidsr.core.errors import UserError
+from aidsr.fabrication.schema import PartEntry
 from aidsr.runs import DesignFolder
+from aidsr.runs.compare import attempted
+from aidsr.runs.files import JsonFile
 from aidsr.runs.trainings import trainings_of
 
 MOST_COMPARED = 4
@@ -54,6 +57,8 @@ class DesignRow:
     """Share of held-out episodes won by its best policy; None where it has none."""
     started: str
     picture: str
+    amounts: tuple[tuple[str, float], ...] = ()
+    """What its success can be plotted against, for a design with a policy."""
 
     @property
     def key(self) -> str:
@@ -70,6 +75,8 @@ class _Wanted:
     model: str = ""
     state: str = ""
     group: str = ""
+    against: str = ""
+    """Amount of the plot; empty for the first there is."""
     by: str = "started"
     falling: bool = True
     picked: tuple[str, ...] = ()
@@ -80,26 +87,31 @@ def add_designs_page(site: Site) -> None:
 
     @ui.page("/designs")
     def designs_page() -> None:
-        wanted = _Wanted()
-
-        def act(**changes: Any) -> None:
-            for name, value in changes.items():
-                setattr(wanted, name, value)
-
         with frame("Designs", ("Runs", "/"), site=site):
             text("Designs", tag="h1")
-            choices = ui.element("div").classes("form")
-            live(lambda: wanted.picked, lambda picked: _compare_bar(picked, act))
-            # what is wanted is part of what was read, so that a change of it redraws the table; picks do not
-            look = live(lambda: (_read(site), replace(wanted, picked=())), lambda facts: _draw(facts[0], wanted, act))
+            designs_to_pick(site)
 
-            with choices:
-                for name in _FILTERS:
-                    offered = sorted({str(getattr(row, name)) for row in _read(site)} - {""})
-                    field = ui.select({"": "all", **{one: one for one in offered}}, value="", label=name)
-                    field.props("outlined dense").on_value_change(partial(_choose, act, name)).on_value_change(look)
-                group = ui.select({"": "nothing", **{one: one for one in _FILTERS}}, value="", label="group by")
-                group.props("outlined dense").on_value_change(partial(_choose, act, "group")).on_value_change(look)
+
+def designs_to_pick(site: Site, picked: tuple[str, ...] = ()) -> None:
+    """Show all designs of all runs, to be sorted, filtered, grouped and picked; some may be picked already."""
+    wanted = _Wanted(picked=picked)
+
+    def act(**changes: Any) -> None:
+        for name, value in changes.items():
+            setattr(wanted, name, value)
+
+    choices = ui.element("div").classes("form")
+    live(lambda: wanted.picked, lambda picked: _compare_bar(picked, act))
+    # what is wanted is part of what was read, so that a change of it redraws the table; picks do not
+    look = live(lambda: (_read(site), replace(wanted, picked=())), lambda facts: _draw(facts[0], wanted, act))
+
+    with choices:
+        for name in _FILTERS:
+            offered = sorted({str(getattr(row, name)) for row in _read(site)} - {""})
+            field = ui.select({"": "all", **{one: one for one in offered}}, value="", label=name)
+            field.props("outlined dense").on_value_change(partial(_choose, act, name)).on_value_change(look)
+        group = ui.select({"": "nothing", **{one: one for one in _FILTERS}}, value="", label="group by")
+        group.props("outlined dense").on_value_change(partial(_choose, act, "group")).on_value_change(look)
 
 
 def _choose(act: Callable[..., None], name: str, event: Any) -> None:
@@ -120,10 +132,11 @@ def _read(site: Site) -> tuple[DesignRow, ...]:
 def design_row(view: RunView, design: DesignView, folder: DesignFolder) -> DesignRow:
     """Return a design as a row of the table."""
     status, record = design.status, view.status.record
-    shares = []
+    shares, amounts = [], ()
     if design.trained:
         verdicts = [verdict for one in trainings_of(folder) if (verdict := one.evaluation.read()) is not None]
         shares = [verdict.success_share for verdict in verdicts]
+        amounts = tuple(_amounts(design, folder))
     return DesignRow(
         run=view.name,
         number=status.number,
@@ -131,13 +144,29 @@ def design_row(view: RunView, design: DesignView, folder: DesignFolder) -> Desig
         task=record.task.rpartition("/")[2].replace("_", " ") or view.title,
         family=status.family,
         model=record.config.model,
-        state=status.outcome.outcome if status.outcome else status.state,
+        state=status.outcome.outcome if status.outcome else state_of(view.shown, design),
         iterations=status.iteration,
         tokens=status.usage.input_tokens + status.usage.output_tokens,
         success=max(shares, default=None),
         started=record.started,
         picture=design.picture,
+        amounts=amounts,
     )
+
+
+def _amounts(design: DesignView, folder: DesignFolder) -> Iterator[tuple[str, float]]:
+    """Yield what a design took and what it is made of, as far as it is known."""
+    usage = design.status.usage
+    if usage.calls:
+        yield "tokens", usage.input_tokens + usage.output_tokens
+    report = attempted(folder, design.status.stands_at).report if design.status.stands_at else None
+    measured = report.measurements if report else {}
+    for name, key, factor in (("actuators", "actuators", 1.0), ("g moving", "moving_mass_kg", 1000.0)):
+        if measured.get(key) is not None:
+            yield name, factor * float(measured[key])
+    parts = JsonFile(folder.path / "export" / "parts.json", tuple[PartEntry, ...]).read()
+    if parts:
+        yield "printed parts", sum(part.copies for part in parts)
 
 
 def _draw(rows: tuple[DesignRow, ...], wanted: _Wanted, act: Callable[..., None]) -> None:
@@ -150,7 +179,7 @@ def _draw(rows: tuple[DesignRow, ...], wanted: _Wanted, act: Callable[..., None]
     if wanted.group:
         shown.sort(key=lambda row: str(getattr(row, wanted.group)))
     grouped = groupby(shown, key=lambda row: str(getattr(row, wanted.group)) if wanted.group else "")
-    with box("sheet flush scroll"), box("list designs", "table"):
+    with box("sheet flush scroll"), box("list designs fold", "table"):
         with box(tag="thead"), box(tag="tr"):
             text("compare", "unseen", "th")
             text("picture", "unseen", "th")
@@ -163,14 +192,34 @@ def _draw(rows: tuple[DesignRow, ...], wanted: _Wanted, act: Callable[..., None]
                     with box(tag="tr"), box("group", "th", colspan=str(len(_COLUMNS) + 2), scope="rowgroup"):
                         text(f"{name or 'none'}, {len(each)}")
                 for row in each:
-                    with box(tag="tr"):
+                    with box(tag="tr") as line:
                         _cells(row, wanted, act)
-    trained = [row for row in shown if row.success is not None]
-    if len(trained) > 1 and any(row.tokens for row in trained):
-        with box("sheet stack", "section", aria_label="success against tokens"):
-            text("Held-out success against tokens", tag="h2")
-            points = [(row.tokens, row.success or 0.0, f"{row.concept} ({row.task})") for row in trained]
-            ui.html(scatter_svg(points), sanitize=False).classes("full")
+                    label_cells(line, ("", "", "", *list(_COLUMNS)[1:]))
+    _plot([row for row in shown if row.success is not None], wanted, act)
+
+
+def _plot(trained: list[DesignRow], wanted: _Wanted, act: Callable[..., None]) -> None:
+    """Plot held-out success against an amount that at least two designs have."""
+    amounts = [dict(row.amounts) for row in trained]
+    offered = [
+        name
+        for name in dict.fromkeys(name for each in amounts for name in each)
+        if sum(name in each for each in amounts) > 1
+    ]
+    if not offered:
+        return
+    against = wanted.against if wanted.against in offered else offered[0]
+    with box("sheet stack", "section", aria_label=f"success against {against}"):
+        with box("row apart"):
+            text("Held-out success against", tag="h2")
+            choice = ui.toggle(offered, value=against).props("dense unelevated")
+            choice.on_value_change(lambda event: as_action(partial(act, against=str(event.value)))())
+        points = [
+            (each[against], row.success or 0.0, f"{row.concept} ({row.task})")
+            for row, each in zip(trained, amounts, strict=True)
+            if against in each
+        ]
+        ui.html(scatter_svg(points, against), sanitize=False).classes("full")
 
 
 def _heading(column: str, wanted: _Wanted, act: Callable[..., None]) -> None:
@@ -196,7 +245,7 @@ def _cells(row: DesignRow, wanted: _Wanted, act: Callable[..., None]) -> None:
         check.on_value_change(lambda event: as_action(partial(pick, on=bool(event.value)))())
     with box(tag="td"):
         image(thumbnail_address(row.run, row.picture), "", "thumb")
-    with box(tag="td"):
+    with box("name", "td"):
         ui.link(f"{row.number}. {row.concept}", f"/run/{row.run}/{row.number}")
     with box(tag="td"):
         text(row.task, "clamp", "div")
@@ -205,7 +254,7 @@ def _cells(row: DesignRow, wanted: _Wanted, act: Callable[..., None]) -> None:
     with box(tag="td"):
         badge(row.state)
     text(str(row.iterations), "num", "td")
-    text(f"{row.tokens:,}".replace(",", " "), "num", "td")
+    text(f"{row.tokens:,}", "num", "td")
     text("–" if row.success is None else f"{row.success:.0%}", "num", "td")
     text(row.started[:10], "line numbers", "td")
 

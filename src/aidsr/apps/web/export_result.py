@@ -7,7 +7,7 @@ from functools import partial
 from nicegui import ui
 
 from aidsr.apps.web.view3d import PartsView, PlacedPart
-from aidsr.apps.web.widgets import box, button, fact, fault_found, file_address, text
+from aidsr.apps.web.widgets import box, button, fact, fault_found, file_address, label_cells, text
 from aidsr.fabrication.materials import materials
 from aidsr.fabrication.printers import PRINTERS
 from aidsr.fabrication.schema import Change, PartEntry, Retest, Verdict
@@ -98,16 +98,16 @@ def _bed(run: Run, design: DesignFolder, parts: tuple[PartEntry, ...], made: str
     ]
     with box("sheet flush view"):
         view = PartsView(lying, title=f"{run.name} design {design.number} parts")
-    with box("sheet flush scroll"), box("list", "table"):
+    with box("sheet flush scroll"), box("list fold", "table"):
         with box(tag="thead"), box(tag="tr"):
             for title in ("letter", "part", "copies", "of", "mass", "size", "checks", "files"):
                 text(title, {"letter": "unseen", "copies": "num", "mass": "num", "size": "num"}.get(title, ""), "th")
         with box(tag="tbody"):
             for part, mark in zip(parts, marks, strict=True):
-                with box(tag="tr"):
+                with box(tag="tr") as row:
                     with box(tag="td"):
                         button(mark, partial(view.choose, part.file), "bare", hint=f"Show {part.file}")
-                    text(part.file.replace("_", " "), "small", "td")
+                    text(part.file.replace("_", " "), "small name", "td")
                     text(str(part.copies), "num", "td")
                     text(_material(part.material), "small line", "td")
                     text(f"{part.mass_g:.1f} g", "num", "td")
@@ -117,6 +117,7 @@ def _bed(run: Run, design: DesignFolder, parts: tuple[PartEntry, ...], made: str
                     with box(tag="td"), box("row small together"):
                         for ending in (".3mf", ".stl"):
                             ui.link(ending[1:].upper(), address(part, ending))
+                label_cells(row, ("", "", "copies", "of", "mass", "size", "checks", "files"))
 
 
 def _about(part: PartEntry) -> str:

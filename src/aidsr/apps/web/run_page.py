@@ -14,7 +14,7 @@ from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import Rows, as_action, live, watch
 from aidsr.apps.web.manual_panel import manual_panel
 from aidsr.apps.web.model_form import budget_from, limit_fields
-from aidsr.apps.web.site import DesignView, Job, RunView, Shown, Site, model_in_words
+from aidsr.apps.web.site import DesignView, Job, RunView, Shown, Site, model_in_words, state_of
 from aidsr.apps.web.widgets import (
     badge,
     box,
@@ -60,7 +60,8 @@ def add_run_page(site: Site) -> None:
                 live(lambda: site.view(run), _facts)
             live(lambda: _of_note(site, run), partial(_notes, site, run))
             manual_panel(site, run)
-            opened = app.storage.user.get("run_tab", "watch")
+            # what waits for a person is not opened on the tab that was read last
+            opened = "watch" if view.awaited else app.storage.user.get("run_tab", "watch")
             with ui.tabs().props("dense align=left no-caps") as tabs:
                 for key, title in _TABS.items():
                     ui.tab(key, title)
@@ -238,9 +239,10 @@ def _column(facts: tuple[str, Shown, DesignView]) -> None:
                 with box(tag="h2"):
                     ui.link(f"{status.number}. {status.concept or 'concept'}", address)
                 text(status.family, "small soft")
-            badge(status.outcome.outcome if status.outcome else _state(shown, design))
+            badge(status.outcome.outcome if status.outcome else state_of(shown, design))
         _doing(shown, design)
-        strip(design.attempts, lambda number: f"{address}?iteration={number}")
+        working = shown not in ("interrupted", "stopped")
+        strip(design.attempts, lambda number: f"{address}?iteration={number}", at_work=working)
         if status.stopped:
             notice(status.stopped.message, "bad")
         if status.faults and not status.outcome:
@@ -254,11 +256,6 @@ def _column(facts: tuple[str, Shown, DesignView]) -> None:
                 fact("fixed by code", str(status.mechanical_repairs))
             if design.trained:
                 fact("trained", "successful" if design.successful else "valid" if design.valid else "not valid")
-
-
-def _state(shown: Shown, design: DesignView) -> str:
-    state = design.status.state
-    return shown if state == "running" and shown in ("interrupted", "waiting") else state
 
 
 def _doing(shown: Shown, design: DesignView) -> None:

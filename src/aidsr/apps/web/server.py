@@ -111,6 +111,7 @@ def build(runs: Path, studies: Sequence[Path] = (), *, hosts: frozenset[str] = L
         show_welcome_message=False,
         reconnect_timeout=20,
     )
+    app.config.quasar_config["loadingBar"] = {"skipHijack": True}  # it has no name for a screen reader
     add_error_pages(application)
     application.add_middleware(Guard, hosts=hosts, token=token)
     return application

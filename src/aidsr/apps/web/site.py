@@ -262,6 +262,12 @@ def _changed(log: Path) -> str:
         return ""
 
 
+def state_of(shown: Shown, design: DesignView) -> str:
+    """Return the state of a design without an outcome: what its files call running may be interrupted, or wait."""
+    state = design.status.state
+    return shown if state == "running" and shown in ("interrupted", "waiting") else state
+
+
 def model_in_words(model: str) -> str:
     """Return a model's name as pages show it: of prompts answered by hand not the folder they wait in."""
     return "by hand" if prompts_directory(model) else model

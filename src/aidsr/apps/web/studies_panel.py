@@ -7,7 +7,7 @@ from nicegui import ui
 from aidsr.apps.web.live import live
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.studies import StudyView
-from aidsr.apps.web.widgets import badge, box, text
+from aidsr.apps.web.widgets import badge, box, label_cells, text
 from aidsr.core.formatting import format_cost
 
 _COLUMNS = (
@@ -34,18 +34,20 @@ def _table(views: tuple[StudyView, ...]) -> None:
         return
     with box("stack", "section", aria_label="studies"):
         text("Studies", tag="h2")
-        with box("sheet flush scroll"), box("list", "table"):
+        with box("sheet flush scroll"), box("list fold", "table"):
             with box(tag="thead"), box(tag="tr"):
                 for column in _COLUMNS:
                     text(column, "" if column in ("study", "state", "report") else "num", "th")
             with box(tag="tbody"):
                 for view in views:
-                    with box(tag="tr"):
+                    with box(tag="tr") as row:
                         _cells(view)
+                    if not view.complaint:
+                        label_cells(row, ("", *_COLUMNS[1:]))
 
 
 def _cells(view: StudyView) -> None:
-    with box("mono", "td"):
+    with box("mono name", "td"):
         ui.link(view.name, f"/study/{view.key}")
     if view.complaint:
         with box(tag="td", colspan=str(len(_COLUMNS) - 1)):

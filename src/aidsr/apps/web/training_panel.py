@@ -179,7 +179,7 @@ def _draw_learning(training: Training, shown: _Learning) -> None:
         last = shown.curve[-1] if shown.curve else None
         success, progress = (last.success_share, last.progress) if last else (None, None)
         with box("facts"):
-            fact("steps", f"{min(last.steps, shown.steps) if last else 0:,} of {shown.steps:,}".replace(",", " "))
+            fact("steps", f"{min(last.steps, shown.steps) if last else 0:,} of {shown.steps:,}")
             fact("success so far", "–" if success is None else f"{success:.0%}")
             fact("progress", "–" if progress is None else f"{progress:.2f}")
             fact("speed", f"{last.steps_per_s:.0f} steps/s" if last else "–")

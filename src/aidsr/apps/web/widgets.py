@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Literal
 from urllib.parse import quote
@@ -132,8 +132,21 @@ def usage_facts(usage: Usage) -> None:
         fact("tokens", format_tokens_in_thousands(usage))
 
 
-def strip(attempts: Iterable[Attempt], open_at: Callable[[int], str]) -> None:
-    """Show iterations as rows: robot, stable?, scene, stable?, judged, perhaps tried and what a person decided."""
+def label_cells(row: ui.element, columns: Sequence[str]) -> None:
+    """Name the cells of a row after their columns, as a narrow screen shows them; an empty name for a cell without."""
+    for cell, column in zip(row.default_slot.children, columns, strict=False):
+        if column:
+            cell.props["data-label"] = column
+
+
+def strip(attempts: Iterable[Attempt], open_at: Callable[[int], str], *, at_work: bool = True) -> None:
+    """Show iterations as rows: robot, stable?, scene, stable?, judged, perhaps tried and what a person decided.
+
+    Args:
+        attempts: The iterations.
+        open_at: Returns the address of one, by its number.
+        at_work: Whether a process works on the design; without one, nothing is under way, whatever the files say.
+    """
     with box("strip"):
         before = 1
         for attempt in attempts:
@@ -145,5 +158,7 @@ def strip(attempts: Iterable[Attempt], open_at: Callable[[int], str]) -> None:
                     f"iteration {attempt.number}"
                 )
                 for stage in attempt.stages:
-                    shown = text(stage.text or _SHORT.get(stage.name, stage.name), f"stage {stage.mark}")
-                    shown.props["title"] = f"{stage.name}: {stage.text or 'not yet'}"
+                    left = stage.mark == "doing" and not at_work
+                    said, mark = ("left off", "done") if left else (stage.text, stage.mark)
+                    shown = text(said or _SHORT.get(stage.name, stage.name), f"stage {mark}")
+                    shown.props["title"] = f"{stage.name}: {said or 'not yet'}"

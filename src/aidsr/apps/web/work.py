@@ -121,7 +121,7 @@ class Work:
             doing = "the policy is judged" if not learning else "learning begins"
             return Task("training", title, address, doing, since, process=job.process)
         done, speed = min(curve[-1].steps, steps), curve[-1].steps_per_s
-        doing = f"{done:,} of {steps:,} steps".replace(",", " ")
+        doing = f"{done:,} of {steps:,} steps"
         left_s = (steps - done) / speed if speed > 0 else None
         return Task("training", title, address, doing, since, done / steps, left_s, job.process)
 

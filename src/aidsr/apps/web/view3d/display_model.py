@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from aidsr.apps.web.view3d.bodies import body_facts
 from aidsr.apps.web.view3d.controls import control_facts, group_facts
 from aidsr.apps.web.view3d.names import locate_elements
 from aidsr.apps.web.view3d.parts import Parts, list_parts
@@ -88,6 +89,7 @@ class DisplayModel:
             "is_free": bool(structure.free_roots),
             "parts": parts.facts,
             "surfaces": parts.surfaces,
+            "bodies": body_facts(model, parts),
             "tendons": tendon_facts(model, looks, drives),
             "controls": control_facts(model, drives, neutral),
             "groups": group_facts(model, structure, groups),

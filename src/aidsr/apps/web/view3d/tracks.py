@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -24,8 +25,9 @@ def tracks_of(motion: Motion, facts: dict[str, Any]) -> dict[str, Any]:
         facts: Of its model, as a viewer is sent them.
     """
     frames = len(motion.qpos)
-    shown = np.unique(np.linspace(0, frames - 1, min(frames, _MOST_POINTS)).round().astype(int))
     contact_n = _contact_n(motion)
+    hardest = [values for values in (contact_n, _hardest_n(motion)) if values is not None]
+    shown = _shown(frames, hardest)
     tracks = []
     if motion.tension_n is not None:
         lines = [(tendon["name"], motion.tension_n[shown, i]) for i, tendon in enumerate(facts["tendons"])]
@@ -45,6 +47,18 @@ def tracks_of(motion: Motion, facts: dict[str, Any]) -> dict[str, Any]:
             {"name": "goal holds", "spans": _spans(motion, motion.holds)},
         ],
     }
+
+
+def _shown(frames: int, hardest: Sequence[Array]) -> NDArray[np.intp]:
+    """Return the frames that are drawn: evenly spaced, and between them the peaks, so that no short one is left out."""
+    edges = np.unique(np.linspace(0, frames - 1, min(frames, _MOST_POINTS)).round().astype(int))
+    peaks = [start + int(values[start:end].argmax()) for values in hardest for start, end in itertools.pairwise(edges)]
+    return np.unique(np.concatenate([edges, np.array(peaks, int)]))
+
+
+def _hardest_n(motion: Motion) -> Array | None:
+    """Return the hardest pull of any tendon in each frame, None where there is none [N]."""
+    return None if motion.tension_n is None or not motion.tension_n.size else motion.tension_n.max(axis=1)
 
 
 def _contact_n(motion: Motion) -> Array | None:
@@ -74,8 +88,8 @@ def _events(motion: Motion, contact_n: Array | None) -> Iterator[dict[str, Any]]
     if contact_n is not None and contact_n.max(initial=0.0) > _PEAK_NEWTON:
         yield _event(motion, int(np.flatnonzero(contact_n)[0]), "first contact")
         yield _event(motion, int(contact_n.argmax()), f"hardest contact, {contact_n.max():.3g} N")
-    if motion.tension_n is not None and motion.tension_n.size:
-        hardest = motion.tension_n.max(axis=1)
+    hardest = _hardest_n(motion)
+    if hardest is not None:
         yield _event(motion, int(hardest.argmax()), f"hardest pull, {hardest.max():.3g} N")
     if motion.progress is not None and motion.progress.max(initial=0.0) > 0:
         yield _event(motion, int(motion.progress.argmax()), f"most progress, {motion.progress.max():.2f}")

@@ -75,9 +75,8 @@ export class Hands {
     if (this.measuring && this.began) {
       const [x, y, point] = this.began;
       this.began = null;
-      if (Math.hypot(event.clientX - x, event.clientY - y) > 5) return;
-      event.stopImmediatePropagation();
-      this.measure(point.clone());
+      // the event goes on: what turns the camera must see that the button was let go
+      if (Math.hypot(event.clientX - x, event.clientY - y) <= 5) this.measure(point.clone());
     }
     if (!this.held) return;
     event.stopImmediatePropagation();

@@ -8,6 +8,13 @@ const SIDES = [
   { name: "Side, along −y", key: "2", azimuth_deg: -90, elevation_deg: 0 },
   { name: "Top, along −z", key: "3", azimuth_deg: 90, elevation_deg: -89.9 },
 ];
+const DRAWN = [
+  { key: "c", what: "forces", name: "Contact forces" },
+  { key: "v", what: "byTension", name: "Tendons in the colour of their tension", where: (facts) => facts.tendons.length },
+  { key: "x", what: "xray", name: "See through the surroundings", where: (facts) => facts.is_scene },
+  { key: "e", what: "frames", name: "Frames of bodies: x red, y green, z blue" },
+  { key: "i", what: "inertia", name: "Inertia boxes: same mass and inertia" },
+];
 const SEND_MS = 40;
 const REPEAT_MS = 2000;
 const HIDDEN_MS = 4000;
@@ -40,18 +47,17 @@ export default {
           <q-item-section>{{ side.name }} ({{ side.key }})</q-item-section></q-item></q-list></q-menu></q-btn>
       <q-btn flat round dense size="sm" icon="my_location" :color="following ? 'primary' : undefined" @click="toggle('following')"
         :aria-pressed="String(following)" aria-label="Follow the robot"><q-tooltip>Follow the robot</q-tooltip></q-btn>
-      <q-btn v-if="facts.is_scene" flat round dense size="sm" icon="blur_on" :color="xray ? 'primary' : undefined"
-        @click="toggle('xray')" :aria-pressed="String(xray)" aria-label="See through the surroundings">
-        <q-tooltip>See through the surroundings (X)</q-tooltip></q-btn>
-      <q-btn v-if="facts.tendons.length" flat round dense size="sm" icon="palette" :color="byTension ? 'primary' : undefined"
-        @click="toggle('byTension')" :aria-pressed="String(byTension)" aria-label="Colour tendons by tension">
-        <q-tooltip>Colour tendons by tension</q-tooltip></q-btn>
       <q-btn flat round dense size="sm" icon="straighten" :color="measuring ? 'primary' : undefined" @click="measure"
         :aria-pressed="String(measuring)" aria-label="Measure between two points"><q-tooltip>Measure between two points (M)</q-tooltip></q-btn>
       <q-btn flat round dense size="sm" icon="control_camera" :color="ghost ? 'primary' : undefined" @click="toggleGhost"
         :aria-pressed="String(ghost)" :aria-label="ghostName"><q-tooltip>{{ ghostName }} (G)</q-tooltip></q-btn>
       <q-btn v-if="facts.target" flat round dense size="sm" icon="flag" :color="target ? 'primary' : undefined" @click="toggle('target')"
         :aria-pressed="String(target)" aria-label="Show the target"><q-tooltip>Show the target (T)</q-tooltip></q-btn>
+      <q-btn flat round dense size="sm" icon="layers" aria-label="What is drawn"><q-tooltip>What is drawn</q-tooltip>
+        <q-menu><q-list dense><q-item v-for="one in layers" :key="one.key" clickable @click="draw(one)" role="menuitemcheckbox"
+          :aria-checked="String(drawing[one.what])"><q-item-section avatar>
+          <q-icon :name="drawing[one.what] ? 'check_box' : 'check_box_outline_blank'" /></q-item-section>
+          <q-item-section>{{ one.name }} ({{ one.key.toUpperCase() }})</q-item-section></q-item></q-list></q-menu></q-btn>
       <q-btn flat round dense size="sm" icon="photo_camera" @click="download" aria-label="Save a picture">
         <q-tooltip>Save a picture (P)</q-tooltip></q-btn>
       <q-btn flat round dense size="sm" icon="fullscreen" @click="fullScreen" aria-label="Full screen">
@@ -59,7 +65,7 @@ export default {
     </div>
     <div class="v3d-measured" v-if="measuring">{{ distance === null ? 'Click two points' : distance }}</div>
     <div class="v3d-legend" v-if="facts && facts.tendons.length && !state.known">cable tension was not recorded</div>
-    <div class="v3d-legend" v-else-if="facts && facts.tendons.length && byTension">
+    <div class="v3d-legend" v-else-if="facts && facts.tendons.length && drawing.byTension">
       <span>slack</span><i></i><span>{{ number(facts.tendons[0].full_n) }} N</span></div>
     <div class="v3d-square" v-if="facts">squares of {{ squareText }}</div>
     <div class="v3d-cover" v-if="cover"><q-spinner v-if="busy" size="2em" /><div>{{ cover }}</div>
@@ -84,10 +90,10 @@ export default {
   <div class="v3d-sliders" v-if="facts && controls && facts.controls.length && state.known">
     <div class="v3d-head"><b>{{ pullable ? 'Pull the tendons' : 'Move the actuators' }}</b>
       <q-btn flat dense no-caps size="sm" label="Let go" @click="letGo"><q-tooltip>Every command back to doing nothing</q-tooltip></q-btn></div>
-    <div v-for="row in rows" :key="row.key" class="v3d-row" :class="{'v3d-member': row.member}">
+    <div v-for="row in rows" :key="row.key" class="v3d-row" :class="{'v3d-member': row.member, 'v3d-group': row.group}">
       <div class="v3d-name" :title="row.label">{{ row.label }}</div>
       <q-slider dense :min="0" :max="1" :step="0.005" :model-value="row.share" @update:model-value="pull(row, $event)"
-        :aria-label="row.label" :color="row.group ? 'secondary' : 'primary'" />
+        :aria-label="row.label" color="primary" />
       <div class="v3d-value">{{ row.value }}</div>
     </div>
   </div>
@@ -117,11 +123,10 @@ export default {
       ghost: false,
       target: true,
       following: false,
-      xray: false,
-      byTension: true,
       speeds: SPEEDS,
       sides: SIDES,
-      keys: "Space plays and pauses, comma and period step, R resets, Ctrl and the mouse drag a body, M measures, G leaves a ghost, T shows the target, arrows turn, plus and minus zoom, F frames, 1, 2 and 3 look from front, side and top, X sees through, P saves a picture.",
+      drawing: { forces: true, byTension: true, xray: false, frames: false, inertia: false },
+      keys: "Space plays and pauses, comma and period step, R resets, Ctrl and the mouse drag a body, M measures, G leaves a ghost, T shows the target, C, E and I draw contact forces, frames and inertia boxes, V colours tendons by tension, arrows turn, plus and minus zoom, F frames, 1, 2 and 3 look from front, side and top, X sees through, P saves a picture.",
     };
   },
 
@@ -168,6 +173,9 @@ export default {
     ghostName() {
       return this.facts?.ghost ? "Show the iteration before as a ghost" : "Leave a ghost where the robot is";
     },
+    layers() {
+      return DRAWN.filter((one) => one.where?.(this.facts) ?? true);
+    },
     pullable() {
       return this.facts.controls.some((control) => control.pulls_tendon);
     },
@@ -195,18 +203,11 @@ export default {
     following(on) {
       this.viewer.setFollowing(on);
     },
-    xray(on) {
-      this.viewer.setXray(on);
-    },
     target(on) {
       this.viewer.setTarget(on);
     },
-    byTension() {
-      this.viewer.setByTension(this.byTension && this.state.known);
-    },
-    "state.known"() {
-      this.viewer.setByTension(this.byTension && this.state.known);
-    },
+    drawing: { deep: true, handler: "dress" },
+    "state.known": "dress",
   },
 
   mounted() {
@@ -268,12 +269,15 @@ export default {
     },
     receive(kind, value) {
       if (kind === FACTS) {
+        const leader = this.together && !this.facts && [...TOGETHER].find((other) => other !== this && other.facts);
+        this.turned = true; // a model that comes later leaves the views before it as they are
         this.facts = Object.freeze(value);
         this.viewer.show(value);
+        if (leader) this.viewer.lookFrom(leader.viewer.whence());
+        this.turned = false;
         this.following = value.is_free;
-        this.viewer.setXray(this.xray);
         this.viewer.setTarget(this.target);
-        this.viewer.setByTension(this.byTension && this.state.known);
+        this.dress();
         this.ghost = this.measuring = false;
         this.light();
         this.$emit("ready");
@@ -357,6 +361,14 @@ export default {
     step(by) {
       if (this.state.duration_s) this.seek(Math.min(Math.max(this.time + by * STEP_S, 0), this.state.duration_s));
     },
+    draw({ what }) {
+      this.drawing[what] = !this.drawing[what];
+    },
+    dress() {
+      this.viewer.setDrawn(this.drawing);
+      this.viewer.setXray(this.drawing.xray);
+      this.viewer.setByTension(this.drawing.byTension && this.state.known);
+    },
     toggle(name) {
       this[name] = !this[name];
     },
@@ -381,7 +393,8 @@ export default {
     tooltip(thing) {
       const index = this.facts.tendons.findIndex((tendon) => thing.kind === "tendon" && tendon.name === thing.name);
       const pulled = index < 0 ? "" : ` · ${this.number(this.tensions[index] ?? 0)} N`;
-      return shortName(thing.name) + pulled;
+      const body = this.drawing.inertia && this.facts.bodies.find((one) => thing.kind === "body" && one.name === thing.name);
+      return shortName(thing.name) + pulled + (body ? ` · ${this.number(1000 * body.mass_kg)} g` : "");
     },
     /** Put the labels of lit bodies where these are now; called after each picture. */
     drawn() {
@@ -403,10 +416,10 @@ export default {
         r: () => this.send({ do: "reset" }),
         f: () => this.viewer.frame(),
         ...Object.fromEntries(SIDES.map((side) => [side.key, () => this.viewer.frame(side)])),
-        x: () => this.facts.is_scene && this.toggle("xray"),
         m: () => this.measure(),
         g: () => this.toggleGhost(),
         t: () => this.facts.target && this.toggle("target"),
+        ...Object.fromEntries(this.layers.map((one) => [one.key, () => this.draw(one)])),
         ",": () => this.step(-1),
         ".": () => this.step(1),
         p: () => this.download(),

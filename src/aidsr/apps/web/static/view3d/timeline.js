@@ -2,6 +2,7 @@
 const COLOURS = ["#1c87a6", "#d9822b", "#7a5cc2", "#2f9e5f", "#c9423a", "#8a7a00", "#c2569b", "#4c6ef5"];
 const WIDTH = 1000;
 const HEIGHT = 46;
+const KEPT = "aidsr-hidden-tracks"; // names of tracks that a person has hidden, kept by the browser
 
 export const Timeline = {
   template: `
@@ -10,11 +11,12 @@ export const Timeline = {
     @click="$emit('seek', event.time_s)">{{ event.label }} <span>{{ event.time_s.toFixed(2) }} s</span></button>
     <span v-for="phase in phases" :key="phase.name" class="v3d-phase"><i :class="'v3d-' + phase.kind"></i>{{ phase.name }} {{ phase.share }}</span></div>
   <div v-for="track in drawn" :key="track.name" class="v3d-track">
-    <div class="v3d-track-name"><b>{{ track.name }}</b><span>{{ track.range }}</span>
+    <div class="v3d-track-name"><button type="button" :aria-expanded="String(!track.hidden)" @pointerdown.stop @click="fold(track.name)"
+      :title="track.hidden ? 'Show this track' : 'Hide this track'"><i>{{ track.hidden ? '▸' : '▾' }}</i><b>{{ track.name }}</b></button><span>{{ track.range }}</span>
       <template v-if="track.lines.length < 9"><span v-for="line in track.lines" :key="line.name" class="v3d-key">
         <i :style="{background: line.colour}"></i>{{ line.short }}<em>{{ line.value }}</em></span></template>
       <span v-else>{{ track.most }}</span></div>
-    <svg :viewBox="'0 0 ' + width + ' ' + height" preserveAspectRatio="none" role="img" :aria-label="track.name + ' over time'">
+    <svg v-if="!track.hidden" :viewBox="'0 0 ' + width + ' ' + height" preserveAspectRatio="none" role="img" :aria-label="track.name + ' over time'">
       <template v-for="phase in phases" :key="phase.name"><rect v-for="span in phase.spans" :key="span.x" :x="span.x" y="0"
         :width="span.width" :height="height" :class="'v3d-' + phase.kind" /></template>
       <polyline v-for="line in track.lines" :key="line.name" :points="line.points" :stroke="line.colour" fill="none"
@@ -26,7 +28,7 @@ export const Timeline = {
 </div>`,
   props: { tracks: Object, time: Number, duration: Number },
   emits: ["seek"],
-  data: () => ({ at: null, held: false, width: WIDTH, height: HEIGHT }),
+  data: () => ({ at: null, held: false, width: WIDTH, height: HEIGHT, hidden: JSON.parse(localStorage.getItem(KEPT) ?? "[]") }),
   computed: {
     /** When the robot touches something and when the goal holds: a name, how long in all, and spans to shade. */
     phases() {
@@ -68,6 +70,7 @@ export const Timeline = {
         return {
           ...track,
           lines,
+          hidden: this.hidden.includes(track.name),
           range: `${this.number(track.low, "")} to ${this.number(track.high, track.unit)}`,
           most: `${lines.length} lines, now at most ${this.number(most.values[this.row], track.unit)}, ${most.short}`,
         };
@@ -75,6 +78,10 @@ export const Timeline = {
     },
   },
   methods: {
+    fold(name) {
+      this.hidden = this.hidden.includes(name) ? this.hidden.filter((one) => one !== name) : [...this.hidden, name];
+      localStorage.setItem(KEPT, JSON.stringify(this.hidden));
+    },
     x(time) {
       return (WIDTH * time) / (this.duration || 1);
     },

@@ -14,6 +14,7 @@ import {
   Vector3,
   WebGLRenderer,
 } from "./three/three.js";
+import { Bodies } from "./bodies.js";
 import { Ghost, TARGET } from "./ghost.js";
 import { Hands } from "./hands.js";
 import { Floor } from "./floor.js";
@@ -27,6 +28,7 @@ const CLICK_PX = 5;
 const FULL_FORCE_LENGTHS = 0.8; // a contact as strong as a cable that pulls fully, as a share of the robot's length
 const STEP_RAD = Math.PI / 24;
 const WITHOUT_ROOM = 2.5; // of the sky's light instead, by eye as bright
+const SOFTWARE_MS = 100; // between two pictures without a graphics card, for each view of the page: what draws them must keep up
 const IN_SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
 
 /** Return a name as a person reads it: assembly puts "robot/" before every name of the robot. */
@@ -48,6 +50,8 @@ function graphics() {
   context.getExtension("WEBGL_lose_context")?.loseContext(); // browsers allow few at a time
   return String(name);
 }
+
+let views = 0;
 
 export class Viewer {
   /**
@@ -78,6 +82,7 @@ export class Viewer {
     this.resizing.observe(host);
     this.theming = new MutationObserver(() => this.dress());
     this.theming.observe(document.body, { attributes: true, attributeFilter: ["class"] });
+    views += 1;
     this.renderer.setAnimationLoop(() => this.tick());
   }
 
@@ -86,12 +91,14 @@ export class Viewer {
     const stays = this.facts && Math.abs(this.facts.length_m / facts.length_m - 1) < 0.05;
     this.clear();
     this.facts = facts;
+    this.moment = null;
     this.shapes = new Shapes(facts);
     this.tendons = new Tendons(facts);
     const lowest = Math.min(...facts.parts.map((part) => part.pose[2] - Math.max(...part.size.slice(0, 3), 0)), 0);
     this.floor = new Floor(facts.parts, facts.length_m, facts.camera.lookat, lowest);
     this.forces = new Rods("#e8590c", 0.004 * facts.length_m);
-    this.scene.add(this.shapes.group, this.tendons.group, this.floor.mesh, this.forces.group);
+    this.bodies = new Bodies(facts);
+    this.scene.add(this.shapes.group, this.tendons.group, this.floor.mesh, this.forces.group, this.bodies.group);
     this.hands.show(facts.length_m);
     this.setGhost(null);
     this.target = facts.target ? Ghost.of(facts.target, TARGET) : null;
@@ -110,6 +117,7 @@ export class Viewer {
     this.shapes.place(frame.poses);
     this.tendons.place(frame.segments, frame.tensions);
     this.placeForces(frame.contacts);
+    this.bodies.place(frame.poses);
     this.moment = frame;
     this.follow();
     this.dirty = true;
@@ -170,18 +178,21 @@ export class Viewer {
     this.dirty = true;
   }
 
-  /** Return from where the robot is seen, in lengths of it: the way from its middle to the target, and on to the camera. */
+  /**
+   * Return from where the robot is seen, as shares of the distance at which it is seen whole: the way from its middle to
+   * the target, and on to the camera.
+   */
   whence() {
     const target = this.controls.target.clone().sub(new Vector3(...this.facts.camera.lookat));
     const arm = this.camera.position.clone().sub(this.controls.target);
-    return [target, arm].map((way) => way.divideScalar(this.facts.length_m));
+    return [target, arm].map((way) => way.divideScalar(this.facts.camera.distance));
   }
 
   /** Look from where another view does; see `whence`. */
   lookFrom([target, arm]) {
-    const { lookat } = this.facts.camera;
-    this.controls.target.set(...lookat).addScaledVector(target, this.facts.length_m);
-    this.camera.position.copy(this.controls.target).addScaledVector(arm, this.facts.length_m);
+    const { lookat, distance } = this.facts.camera;
+    this.controls.target.set(...lookat).addScaledVector(target, distance);
+    this.camera.position.copy(this.controls.target).addScaledVector(arm, distance);
     this.controls.update();
     this.dirty = true;
   }
@@ -195,6 +206,16 @@ export class Viewer {
   /** Show where the goal wants things to be, or not. */
   setTarget(on) {
     if (this.target) this.target.group.visible = on;
+    this.dirty = true;
+  }
+
+  /** Draw contact forces, and frames and inertia boxes of bodies, or not. */
+  setDrawn({ forces, frames, inertia }) {
+    if (!this.bodies) return;
+    this.forces.group.visible = forces;
+    this.bodies.frames.visible = frames;
+    this.bodies.inertia.visible = inertia;
+    if (this.moment) this.bodies.place(this.moment.poses);
     this.dirty = true;
   }
 
@@ -251,6 +272,7 @@ export class Viewer {
   }
 
   dispose() {
+    views -= 1;
     this.renderer.setAnimationLoop(null);
     this.resizing.disconnect();
     this.theming.disconnect();
@@ -264,7 +286,7 @@ export class Viewer {
   clear() {
     if (this.facts) this.setGhost(null);
     this.hands.clear();
-    for (const made of [this.shapes, this.tendons, this.floor, this.forces, this.target]) {
+    for (const made of [this.shapes, this.tendons, this.floor, this.forces, this.bodies, this.target]) {
       if (made) this.scene.remove(made.group ?? made.mesh);
       made?.dispose();
     }
@@ -273,8 +295,8 @@ export class Viewer {
   light() {
     this.scene = new Scene();
     // without a graphics card, light from all around a room takes longer to compute than all else until the first picture
-    this.hasRoom = !IN_SOFTWARE.test(graphics());
-    if (this.hasRoom) {
+    this.isFast = !IN_SOFTWARE.test(graphics());
+    if (this.isFast) {
       const room = new PMREMGenerator(this.renderer);
       this.scene.environment = room.fromScene(new RoomEnvironment(), 0.04).texture;
       room.dispose();
@@ -310,7 +332,7 @@ export class Viewer {
     const [above, below, strength] = this.theme.hemisphere;
     this.hemisphere.color.set(above);
     this.hemisphere.groundColor.set(below);
-    this.hemisphere.intensity = this.hasRoom ? strength : strength + WITHOUT_ROOM * this.theme.surround;
+    this.hemisphere.intensity = this.isFast ? strength : strength + WITHOUT_ROOM * this.theme.surround;
     this.lamp.color.set(this.theme.lamp[0]);
     this.lamp.intensity = this.theme.lamp[1];
     this.scene.environmentIntensity = this.theme.surround;
@@ -365,7 +387,8 @@ export class Viewer {
     this.canvas.addEventListener("pointerup", (event) => {
       const moved = down && Math.hypot(event.clientX - down[0], event.clientY - down[1]);
       down = null;
-      if (moved !== null && moved < CLICK_PX && event.button === 0) this.listener.pick(this.at(event));
+      const clicked = moved !== null && moved < CLICK_PX && event.button === 0;
+      if (clicked && !this.hands.measuring) this.listener.pick(this.at(event));
     });
     this.canvas.addEventListener("pointermove", (event) => (this.pointer = event.buttons ? null : event));
     this.canvas.addEventListener("pointerleave", () => {
@@ -421,11 +444,13 @@ export class Viewer {
       this.listener.hover(this.at(this.pointer), this.pointer);
       this.pointer = null;
     }
-    if (this.dirty) this.render();
+    const due = this.isFast || performance.now() - (this.drawnAt ?? 0) > SOFTWARE_MS * views;
+    if (this.dirty && due) this.render();
   }
 
   render() {
     this.dirty = false;
+    this.drawnAt = performance.now();
     const distance = this.camera.position.distanceTo(this.controls.target);
     this.camera.near = Math.max(0.02 * distance, 1e-4);
     this.camera.far = 4 * distance + 40 * (this.facts?.length_m ?? 1);
