@@ -390,3 +390,81 @@ def test_a_cable_goes_through_the_nearer_of_two_sites_that_shared_a_name() -> No
     answer = fix(text, [fault("duplicate_name", "mid")])
     stops = [stop.get("site") for stop in etree.fromstring(answer.mjcf.encode()).iterfind("tendon/spatial/site")]
     assert stops == ["a0", "mid", "a2", "b0", "mid_2", "b2"]
+
+
+def edited_arm(pattern: str, new: str) -> str:
+    return swapped(pattern, new, EXAMPLE_ARM, count=1)
+
+
+@pytest.mark.parametrize(
+    ("code", "text", "wanted"),
+    [
+        (
+            "joint_range_invalid",
+            edited_arm('<joint name="j3"/>', '<joint name="j3" limited="true" range="10 10"/>'),
+            'range="-45 45"',
+        ),
+        (
+            "joint_range_invalid",
+            edited_arm(
+                '<joint name="j3"/>', '<joint name="j3" type="ball" axis="0 0 1" range="0.2 40" limited="true"/>'
+            ),
+            'range="0 40"',
+        ),
+        ("tendon_path_invalid", edited_arm('<site site="front6"/>', '<site site="front6"/><geom geom="g6"/>'), ""),
+        ("tendon_path_invalid", edited_arm('<site site="front6"/>', '<site site="front6"/><pulley divisor="2"/>'), ""),
+        ("tendon_path_invalid", edited_arm(r'(?s)<site site="front1"/>.*?(?=</spatial>)', ""), ""),
+        ("undefined_reference", edited_arm('<site site="front3"/>', '<site site="front503"/>'), ""),
+        ("undefined_reference", edited_arm('tendon="front"', 'tendon="vorne"'), ""),
+        (
+            "loaded_spring",
+            edited_arm('<joint name="j3"/>', '<joint name="j3" range="5 45"/>'),
+            '<joint name="j3" range="0 45"/>',
+        ),
+    ],
+)
+def test_a_slip_is_put_right_where_the_rest_of_the_document_says_how(code: str, text: str, wanted: str) -> None:
+    report = validate(text)
+    assert code in {fault.code for fault in report.errors}
+    answer = fix(text, report.errors)
+    assert wanted in answer.mjcf + "".join(answer.notes)
+    assert not validate(answer.mjcf).errors
+
+
+def test_a_shape_with_two_ends_leaves_a_class_that_gives_it_no_size() -> None:
+    text = """<mujoco><default><default class="dot"><geom type="sphere"/></default>
+      <default class="round"><geom type="capsule" size="0.01"/></default></default><worldbody><body childclass="round">
+      <joint/><geom class="dot" fromto="0 0 0 0 0 0.1"/></body></worldbody></mujoco>"""
+    left = fixed("wrong_for_type", text=text)
+    assert 'class="dot" fromto' not in left
+    mujoco.MjModel.from_xml_string(left)
+
+
+def test_a_cable_that_no_other_shows_the_way_stays_cut() -> None:
+    alone = edited_arm(r'(?s)<site site="front1"/>.*?(?=</spatial>)', "").replace('"back0"', '"rear_first"')
+    assert fix(alone, [fault("tendon_path_invalid")]).unfixed == ("tendon_path_invalid",)
+
+
+def test_ranges_of_ball_joints_that_get_wider_begin_with_zero() -> None:
+    text = """<mujoco><default><joint type="ball"/><default class="tight"><joint range="0 0.01"/></default></default>
+      <worldbody><body childclass="tight"><joint/><geom size="0.1"/></body></worldbody></mujoco>"""
+    assert 'range="0 ' in fixed("joint_range_too_small", text=text)
+
+
+def test_contacts_that_are_switched_off_are_switched_on() -> None:
+    text = arm().replace("<worldbody>", '<option><flag contact="disable"/></option><worldbody>')
+    assert "disable" not in fixed("contact_disabled", text=text)
+
+
+def test_a_control_range_that_is_missing_follows_the_gain() -> None:
+    text = swapped(' ctrlrange="[^"]*"', "", EXAMPLE_ARM).replace('gear="-1"', 'gear="-30"')
+    assert 'ctrlrange="0 0.5"' in fixed("ctrlrange_missing", text=text)
+
+
+def test_winches_pull_as_hard_as_bending_takes() -> None:
+    weak, strong = (
+        fixed("no_actuators", text=re.sub("(?s)<actuator>.*</actuator>", "", text))
+        for text in (scaled("stiffness", 0.1, EXAMPLE_ARM), scaled("stiffness", 1.0, EXAMPLE_ARM))
+    )
+    pulls = [float(re.findall(r'ctrlrange="0 ([^"]+)"', text)[-1]) for text in (weak, strong)]
+    assert pulls[1] == pytest.approx(10 * pulls[0], rel=0.05)

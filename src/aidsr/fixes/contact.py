@@ -151,7 +151,7 @@ def pass_through_itself(root: Element, _: Request) -> Iterator[str]:
 
 
 def allow_contact(root: Element, _: Request) -> Iterator[str]:
-    """Let shapes that cannot touch anything collide again."""
+    """Let shapes that cannot touch anything collide again, and switch contact on."""
     mute = [
         geom
         for geom in elements(root, "geom")
@@ -164,6 +164,10 @@ def allow_contact(root: Element, _: Request) -> Iterator[str]:
         geom.set("conaffinity", "1")
     if mute:
         yield f"let {len(mute)} shapes collide"
+    for flag in elements(root, "flag"):
+        if flag.get("contact") == "disable":
+            del flag.attrib["contact"]
+            yield note(flag, "dropped contact, which was switched off")
 
 
 FIXES: tuple[Fix[EditDocument], ...] = (

@@ -121,13 +121,17 @@ def _read(text: str, only: Collection[str]) -> tuple[str, Document, dict[str, li
     """
     notes: dict[str, list[str]] = {}
     try:
-        document = parse_document(text)
-    except MjcfError:
-        for each in markup.FIXES:
-            if each.name in only:
-                text, notes[each.name] = each.apply(text)
-        document = parse_document(text)
-    return text, document, notes
+        return text, parse_document(text), notes
+    except MjcfError as error:
+        refused = error
+    for each in markup.FIXES:
+        if each.name in only:
+            text, notes[each.name] = each.apply(text)
+            try:
+                return text, parse_document(text), notes
+            except MjcfError:
+                continue
+    raise refused
 
 
 def _apply_safe(

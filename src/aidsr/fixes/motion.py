@@ -241,5 +241,5 @@ FIXES: tuple[Fix[EditDocument], ...] = (
     Fix(soften_servos, cures=("numerical_instability", "energy_growth", "chatter")),
     Fix(raise_damping, cures=("numerical_instability", "energy_growth", "chatter", "underdamped")),
     Fix(halve_timestep_last, cures=("chatter",)),
-    Fix(straighten, cures=("passive_collapse",)),
+    Fix(straighten, cures=("passive_collapse", "loaded_spring")),
 )

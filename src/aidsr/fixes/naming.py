@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterator, Sequence
 
@@ -14,6 +15,8 @@ from aidsr.mjcf.schema import ElementSchema, mjcf_schema
 
 _SURE = 0.8
 """Likeness from which a name is taken for a misspelt one. Our choice: one wrong letter in six."""
+
+_NUMBERS = re.compile(r"[0-9]+")
 
 _OPTIONAL = ("sensor", "contact", "equality")
 """Sections whose entries a robot can do without."""
@@ -74,16 +77,20 @@ def missing_classes(root: Element, _: Request) -> Iterator[str]:
 
 
 def undefined_references(root: Element, request: Request) -> Iterator[str]:
-    """Point a reference to the one name of its kind that it is most like; drop sensors and such that name nothing."""
+    """Point a reference to the one name of its kind that it is most like, or that alone is left over.
+
+    Left over is what no like reference names: no tendon goes through it, no actuator drives it.
+    Sensors and such that name nothing else are dropped.
+    """
     known = known_names(root)
     for element, kind, name in list(references(root)):
         if name not in request.names or name in known[kind] or kind == "default class":
             continue
         attribute = next((key for key, value in attributes(element) if value == name and key != "name"), None)
         parent = element.getparent()
-        near = only_close_name(name, known[kind], cutoff=_SURE)
         if attribute is None or parent is None:  # one of several names in a list, or dropped before
             continue
+        near = only_close_name(name, known[kind], cutoff=_SURE) or _left_over(element, attribute, known[kind])
         if near:
             element.set(attribute, near)
             yield note(element, f"wrote {kind} '{near}' for '{name}', which does not exist")
@@ -93,6 +100,24 @@ def undefined_references(root: Element, request: Request) -> Iterator[str]:
         elif parent.tag in _OPTIONAL:
             parent.remove(element)
             yield note(element, f"dropped, since it names {kind} '{name}', which does not exist")
+
+
+def _left_over(user: Element, attribute: str, known: Collection[str]) -> str:
+    """Return the only known name that no like reference has; "" where there is none, or several.
+
+    Of several, names that differ from that of the reference in their numbers only count first; for entries that a
+    robot can do without, only these count.
+    """
+    parent = user.getparent()
+    section = parent.getparent() if parent is not None and parent.tag == "spatial" else parent
+    alike = section.iter(str(user.tag)) if section is not None else ()
+    named_too = {each.get(attribute) for each in alike}
+    pattern = _NUMBERS.sub("0", user.get(attribute, ""))
+    free = [name for name in known if name not in named_too and name != "world"]
+    likely = [name for name in free if _NUMBERS.sub("0", name) == pattern]
+    if not likely and parent is not None and parent.tag not in _OPTIONAL:
+        likely = free
+    return likely[0] if len(likely) == 1 else ""
 
 
 def duplicate_names(root: Element, request: Request) -> Iterator[str]:

@@ -10,10 +10,13 @@ from lxml import etree
 from aidsr.core.errors import MjcfError
 from aidsr.fixes.ranges import TENSION_N
 from aidsr.fixes.record import EditDocument, Fix, Request
+from aidsr.fixes.strength import BENT_RAD, read_pull
 from aidsr.mjcf.edit import effective_numbers, entries, section, set_numbers
 from aidsr.mjcf.elements import Element, elements
 
 _LEAST_MASS_KG = 0.002
+_LEAST_N, _MOST_N = 0.05, 100.0
+"""Pulls that a winch is given [N]. Our choice: from a micro servo to what a cable of 1 mm holds."""
 _NEARLY = 0.5
 """Share of the heaviest body's mass from which a body is as heavy as that. Our choice: the ends of several limbs."""
 
@@ -29,17 +32,29 @@ def add_sensors(root: Element, _: Request) -> Iterator[str]:
 
 
 def add_actuators(root: Element, _: Request) -> Iterator[str]:
-    """Give every tendon that nothing drives an actuator that only pulls."""
+    """Give every tendon that nothing drives an actuator that only pulls, as hard as bending the limb takes."""
     driven = {actuator.get("tendon") for actuator in entries(root, "actuator")}
     missing = [name for name in _tendon_names(root) if name not in driven]
-    for name in missing:
-        winch = etree.SubElement(
+    winches = [
+        etree.SubElement(
             section(root, "actuator"), "general", name=f"pull_{name}", tendon=name, gainprm="-1", biastype="none"
         )
-        set_numbers(winch, "ctrlrange", 0.0, TENSION_N)
-        set_numbers(winch, "forcerange", -TENSION_N, 0.0)
-    if missing:
-        yield f"added winches of {TENSION_N:g} N for {len(missing)} tendons"
+        for name in missing
+    ]
+    _set_pull(winches, TENSION_N)
+    pull = read_pull(root, [winch.get("name", "") for winch in winches]) if winches else None
+    tension_n = TENSION_N
+    if pull and pull.bend_rad:
+        tension_n = float(f"{min(max(TENSION_N * BENT_RAD / pull.bend_rad, _LEAST_N), _MOST_N):.2g}")
+        _set_pull(winches, tension_n)
+    if winches:
+        yield f"added winches of {tension_n:g} N for {len(winches)} tendons"
+
+
+def _set_pull(winches: list[Element], most_n: float) -> None:
+    for winch in winches:
+        set_numbers(winch, "ctrlrange", 0.0, most_n)
+        set_numbers(winch, "forcerange", -most_n, 0.0)
 
 
 def pull_instead(root: Element, request: Request) -> Iterator[str]:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 
 from aidsr.fixes.record import EditDocument, Fix, Request, note
 from aidsr.mjcf.defaults import Setting, default_classes, is_placed, setting
-from aidsr.mjcf.edit import effective_numbers, entries, gain_sign, get_numbers, joints, set_numbers
+from aidsr.mjcf.edit import effective_numbers, entries, gain_of, gain_sign, get_numbers, joints, set_numbers
 from aidsr.mjcf.elements import Element, elements, numbers
 from aidsr.mjcf.schema import actuator_elements, range_flags
 
@@ -70,6 +70,49 @@ def ball_ranges(root: Element, _: Request) -> Iterator[str]:
         if len(ends) == 2 and ends[0] < 0 < ends[1] and -ends[0] == ends[1]:
             joint.set("range", f"0 {found.value.split()[1]}")
             yield note(joint, f"wrote the range of the ball joint as 0 to {ends[1]:g}")
+
+
+def ball_ranges_from_zero(root: Element, _: Request) -> Iterator[str]:
+    """Write 0 for the first number of a ball joint's range: it limits the angle from rest."""
+    classes = default_classes(root)
+    for joint in elements(root, "joint"):
+        kind, found = setting(joint, "type", classes), setting(joint, "range", classes)
+        if not is_placed(joint) or kind is None or kind.value != "ball" or found is None:
+            continue
+        ends = numbers(found.value)
+        if len(ends) == 2 and ends[0] != 0.0 and (widest := max(map(abs, ends))) > 0.0:
+            set_numbers(joint, "range", 0.0, widest)
+            yield note(joint, f"wrote 0 to {widest:g} for the range {ends[0]:g} to {ends[1]:g} of a ball joint")
+
+
+def empty_joint_ranges(root: Element, _: Request) -> Iterator[str]:
+    """Give a joint whose range has no width that of most other joints of its type; take it away where none has one."""
+    classes = default_classes(root)
+
+    def kind_of(joint: Element) -> str:
+        kind = setting(joint, "type", classes)
+        return kind.value if kind else "hinge"
+
+    placed = [joint for joint in elements(root, "joint") if is_placed(joint)]
+    wide = Counter[tuple[str, str]]()
+    empty = []
+    for joint in placed:
+        found = setting(joint, "range", classes)
+        ends = numbers(found.value) if found else []
+        if len(ends) == 2 and ends[0] < ends[1]:
+            wide[kind_of(joint), found.value if found else ""] += 1
+        elif len(ends) == 2 and ends[0] == ends[1] and "range" in joint.attrib:
+            empty.append(joint)
+    for joint in empty:
+        usual = next((ends for (kind, ends), _count in wide.most_common() if kind == kind_of(joint)), "")
+        before = joint.get("range", "")
+        if usual:
+            joint.set("range", usual)
+            yield note(joint, f"wrote the range {usual} of most other joints for {before}, which has no width")
+        else:
+            del joint.attrib["range"]
+            joint.attrib.pop("limited", "")
+            yield note(joint, f"dropped the range {before}, which has no width")
 
 
 def degrees_in_radians(root: Element, _: Request) -> Iterator[str]:
@@ -141,7 +184,7 @@ def widen_joint_ranges(root: Element, _: Request) -> Iterator[str]:
     """Read joint ranges that were meant in radians as such, or open them to 34 degrees to both sides."""
     in_degrees = all(compiler.get("angle", "degree") == "degree" for compiler in elements(root, "compiler"))
     wide = math.degrees(_WIDE_RAD) if in_degrees else _WIDE_RAD
-    changed = 0
+    of_balls, changed = set(_holders_of_ball_ranges(root)), 0
     for joint in joints(root):
         limits = get_numbers(joint, "range")
         if len(limits) != 2 or joint.get("type") in ("slide", "free"):
@@ -150,10 +193,31 @@ def widen_joint_ranges(root: Element, _: Request) -> Iterator[str]:
         if in_degrees and max(abs(low), abs(high)) < _RADIANS_LOOK_LIKE:
             set_numbers(joint, "range", math.degrees(low), math.degrees(high))
         else:
-            set_numbers(joint, "range", min(low, 0.0 if joint.get("type") == "ball" else -wide), max(high, wide))
+            set_numbers(joint, "range", 0.0 if joint in of_balls else min(low, -wide), max(high, wide))
         changed += get_numbers(joint, "range") != limits
     if changed:
         yield f"widened the ranges of {changed} joints"
+
+
+def _holders_of_ball_ranges(root: Element) -> Iterator[Element]:
+    """Yield the joints and the descriptions in defaults that give ball joints their range."""
+    classes = default_classes(root)
+    for joint in elements(root, "joint"):
+        kind, found = setting(joint, "type", classes), setting(joint, "range", classes)
+        if is_placed(joint) and kind is not None and kind.value == "ball" and found is not None:
+            yield found.holder
+
+
+def include_drawn_pose(root: Element, request: Request) -> Iterator[str]:
+    """Open the range of a joint that starts outside it to where it is drawn: its limit throws it back."""
+    for joint in elements(root, "joint"):
+        if not is_placed(joint) or joint.get("name") not in request.names:
+            continue
+        ends = effective_numbers(root, joint, "range")
+        drawn = (effective_numbers(root, joint, "ref") or [0.0])[0]
+        if len(ends) == 2 and not ends[0] <= drawn <= ends[1]:
+            set_numbers(joint, "range", min(ends[0], drawn), max(ends[1], drawn))
+            yield note(joint, f"opened its range to {drawn:g}, where it is drawn")
 
 
 def unlimit_tendons(root: Element, request: Request) -> Iterator[str]:
@@ -187,6 +251,9 @@ def _control_range(root: Element, actuator: Element) -> tuple[float, float] | No
     written = get_numbers(actuator, "ctrlrange")
     if len(written) == 2 and written[0] > written[1] and not _would_push(root, actuator, written[1], written[0]):
         return written[1], written[0]
+    if actuator.tag == "position" and actuator.get("tendon"):
+        alike = _range_of_another(root, actuator)
+        return (alike[0], alike[1]) if alike else None
     if actuator.tag == "position":
         driven = [joint for joint in joints(root) if joint.get("name") == actuator.get("joint")]
         limits = effective_numbers(root, driven[0], "range") if driven else []
@@ -197,9 +264,11 @@ def _control_range(root: Element, actuator: Element) -> tuple[float, float] | No
         return None
     if not actuator.get("tendon"):
         return -1.0, 1.0
-    forces_n = effective_numbers(root, actuator, "forcerange") or _range_of_another(root, actuator)
-    strongest = max(map(abs, forces_n), default=TENSION_N)
-    return (0.0, strongest) if gain_sign(root, actuator) < 0 else (-strongest, 0.0)
+    gain = gain_of(root, actuator)
+    forces_n = effective_numbers(root, actuator, "forcerange")
+    if any(forces_n) or not (strongest := max(map(abs, _range_of_another(root, actuator)), default=0.0)):
+        strongest = float(f"{max(map(abs, forces_n), default=TENSION_N) / (abs(gain) or 1.0):.6g}")
+    return (0.0, strongest) if gain < 0 else (-strongest, 0.0)
 
 
 def _would_push(root: Element, actuator: Element, low: float, high: float) -> bool:
@@ -225,6 +294,9 @@ FIXES: tuple[Fix[EditDocument], ...] = (
     Fix(inverted_ranges, cures=("joint_range_invalid", "ctrlrange_invalid", "range_inverted_ignored"), safe=True),
     Fix(ball_ranges, cures=("joint_range_invalid",), safe=True),
     Fix(degrees_in_radians, cures=(), safe=True),
+    Fix(ball_ranges_from_zero, cures=("joint_range_invalid",)),
+    Fix(empty_joint_ranges, cures=("joint_range_invalid",)),
+    Fix(include_drawn_pose, cures=("loaded_spring",)),
     Fix(unlimit_tendons, cures=("tendon_limit_violated", "tendon_against_limit")),
     Fix(widen_joint_ranges, cures=("joint_range_too_small", "tendon_against_limit")),
     Fix(add_control_ranges, cures=("ctrlrange_invalid", "ctrlrange_missing")),

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import re
+from collections.abc import Callable, Iterator, Sequence
+
+from lxml import etree
 
 from aidsr.fixes.record import EditDocument, Fix, Request, note
 from aidsr.mjcf.defaults import default_classes, is_placed, setting
@@ -10,6 +13,9 @@ from aidsr.mjcf.elements import Element, elements, numbers
 
 _LENGTHS = {"capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3}
 """Shapes that fromto can span, and the numbers in size without it. Source: MuJoCo XML reference, body/geom."""
+
+_WORD = re.compile(r"[0-9]+|[^\W0-9_]+|[\W_]+")
+"""Names are told apart word by word: letters, numbers, and what is between them."""
 
 _ORIENTATIONS = ("quat", "axisangle", "xyaxes", "zaxis", "euler")
 
@@ -76,17 +82,29 @@ def contradicting_attributes(root: Element, _: Request) -> Iterator[str]:
         elif "fromto" in element.attrib and kind is not None and kind not in _LENGTHS:
             del element.attrib["fromto"]
             yield note(element, f"dropped fromto, which a {kind} cannot have")
+    yield from _classes_without_ends(root)
     for element in elements(root):
         for orientation in [name for name in _ORIENTATIONS if name in element.attrib][1:]:
             del element.attrib[orientation]
             yield note(element, f"dropped {orientation}, a second orientation")
 
 
+def _classes_without_ends(root: Element) -> Iterator[str]:
+    """Let what has two ends leave a class of its own that makes it a shape without, and gives it no size."""
+    classes = default_classes(root)
+    for element in _shapes(root):
+        kind, size = setting(element, "type", classes), setting(element, "size", classes)
+        if "fromto" not in element.attrib or "type" in element.attrib or kind is None or kind.value in _LENGTHS:
+            continue
+        if size is None and "class" in element.attrib:
+            left = element.get("class", "")
+            del element.attrib["class"]
+            yield note(element, f"left the class '{left}', which makes it a {kind.value} without size")
+
+
 def repeated_guides(root: Element, _: Request) -> Iterator[str]:
     """Drop a site that a tendon names twice in a row: the cable between the two has no length."""
-    for tendon in elements(root, "spatial"):
-        if next(tendon.iterancestors("default"), None) is not None:
-            continue
+    for tendon in _placed_paths(root):
         before: Element | None = None
         for guide in list(elements(tendon)):
             if guide.tag == "site" and before is not None and before.get("site") == guide.get("site"):
@@ -94,6 +112,64 @@ def repeated_guides(root: Element, _: Request) -> Iterator[str]:
                 yield note(tendon, f"dropped site '{guide.get('site')}', which stood twice in a row")
             elif guide is not tendon:
                 before = guide if guide.tag == "site" else None
+
+
+def unbracketed_guides(root: Element, _: Request) -> Iterator[str]:
+    """Drop a shape that a tendon wraps around without a site on each side, and a pulley that nothing follows."""
+    for tendon in _placed_paths(root):
+        while (wrong := _first_unbracketed(list(elements(tendon))[1:])) is not None:
+            tendon.remove(wrong)
+            yield note(tendon, f"dropped <{wrong.tag}>, which stood without a site on each side")
+
+
+def _first_unbracketed(path: Sequence[Element]) -> Element | None:
+    for k, stop in enumerate(path):
+        before, after = path[k - 1] if k else None, path[k + 1] if k + 1 < len(path) else None
+        if stop.tag == "pulley":
+            alone = after is None or after.tag == "pulley"
+        else:
+            alone = stop.tag == "geom" and any(each is None or each.tag != "site" for each in (before, after))
+        if alone:
+            return stop
+    return None
+
+
+def cut_paths(root: Element, _: Request) -> Iterator[str]:
+    """Lead a tendon that has one site only as another is led, through the sites that are named alike.
+
+    The names of the two first sites may differ in one word or number; where it is replaced all along the path of the
+    other, sites have to stand that no tendon names.
+    """
+    sites = {site.get("name", "") for site in elements(root, "site") if is_placed(site)}
+    paths = [[stop.get("site", "") for stop in elements(tendon, "site")] for tendon in _placed_paths(root)]
+    taken = {name for path in paths for name in path}
+    for tendon, path in zip(_placed_paths(root), paths, strict=True):
+        if len(path) != 1 or len(list(elements(tendon))) != 2:
+            continue
+        led = [_led_alike(other, path[0]) for other in paths if len(other) > 1]
+        found = {tuple(each) for each in led if len(each) > 1 and set(each[1:]) <= sites - taken}
+        if len(found) == 1:
+            for name in next(iter(found))[1:]:
+                etree.SubElement(tendon, "site", site=name)
+            yield note(tendon, f"led through {', '.join(next(iter(found)))}, as another tendon is")
+
+
+def _led_alike(path: Sequence[str], first: str) -> list[str]:
+    """Return the names of a path with the word replaced in which its first differs from another; empty if it cannot."""
+    one, other = (_WORD.findall(name) for name in (path[0], first))
+    apart = [k for k, (word, wanted) in enumerate(zip(one, other, strict=False)) if word != wanted]
+    if len(one) != len(other) or len(apart) != 1:
+        return []
+    # the word may be as far from the beginning of every name, or from its end
+    for place in (apart[0], apart[0] - len(one)):
+        words = [_WORD.findall(name) for name in path]
+        if all(-len(each) <= place < len(each) and each[place] == one[place] for each in words):
+            return ["".join([*each[:place], other[place], *each[place:][1:]]) for each in words]
+    return []
+
+
+def _placed_paths(root: Element) -> list[Element]:
+    return [each for each in elements(root, "spatial") if next(each.iterancestors("default"), None) is None]
 
 
 def _shapes(root: Element) -> list[Element]:
@@ -135,5 +211,7 @@ FIXES: tuple[Fix[EditDocument], ...] = (
     Fix(inherited_fromto, cures=("wrong_for_type",), safe=True),
     Fix(fromto_and_pos, cures=("wrong_for_type",), safe=True),
     Fix(repeated_guides, cures=("tendon_path_invalid",), safe=True),
+    Fix(unbracketed_guides, cures=("tendon_path_invalid",)),
+    Fix(cut_paths, cures=("tendon_path_invalid",)),
     Fix(contradicting_attributes, cures=("wrong_for_type",)),
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
 from lxml import etree
@@ -32,7 +32,7 @@ _TOO_MUCH = {"actuator_overforce": 1.0, "actuator_power": 0.5}
 
 _HOLDING_RAD = 0.6
 """By how much the weight of a limb may bend it in all. Our choice: a limb that sags by a third of its length."""
-_BENT_RAD = 1.0
+BENT_RAD = 1.0
 """How far the strongest pull should bend a limb against its springs. Our choice: about 60 degrees."""
 _LEAST_WEIGHTS = 0.05
 """Smallest pull, in weights of the robot, that `weaken` leaves. Our choice: a tenth of what `actuator_too_weak` asks
@@ -89,16 +89,16 @@ def weaken(root: Element, request: Request) -> Iterator[str]:
     if fault.measured and fault.limit:
         factor = min(factor, 0.9 * (fault.limit / fault.measured) ** _TOO_MUCH[fault.code])
     factor = float(f"{factor:.2g}")
-    pull = _read_pull(root)
+    pull = read_pull(root)
     if pull and factor * pull.force_n < _LEAST_WEIGHTS * pull.weight_n:
         return
     yield from _scale_forces(root, factor)
-    if pull and 0 < (bend_rad := factor * pull.bend_rad) < _BENT_RAD:
-        yield from _scale_springs(root, float(f"{min(max(bend_rad / _BENT_RAD, _holding_factor(root)), 1.0):.2g}"))
+    if pull and 0 < (bend_rad := factor * pull.bend_rad) < BENT_RAD:
+        yield from _scale_springs(root, float(f"{min(max(bend_rad / BENT_RAD, _holding_factor(root)), 1.0):.2g}"))
 
 
 @dataclass(frozen=True)
-class _Pull:
+class Pull:
     """What the strongest actuator of a robot does in its initial pose, by statics."""
 
     force_n: float
@@ -108,8 +108,8 @@ class _Pull:
     """Of the whole robot."""
 
 
-def _read_pull(root: Element) -> _Pull | None:
-    """Return the strongest pull of a robot; None where it does not compile."""
+def read_pull(root: Element, names: Collection[str] = ()) -> Pull | None:
+    """Return the strongest pull of a robot, of named actuators where any are named; None where it does not compile."""
     import mujoco
     import numpy as np
 
@@ -132,9 +132,10 @@ def _read_pull(root: Element) -> _Pull | None:
             data.act[model.actuator_actadr[actuator]] = data.ctrl[actuator]
         mujoco.mj_forward(model, data)
         forces_n = np.maximum(forces_n, np.abs(data.actuator_force))
+    forces_n *= [not names or model.actuator(actuator).name in names for actuator in range(model.nu)]
     sprung = np.flatnonzero(model.jnt_stiffness > 0)
     bend_rad_n = (np.abs(moments[:, model.jnt_dofadr[sprung]]) / model.jnt_stiffness[sprung]).sum(axis=1)
-    return _Pull(
+    return Pull(
         force_n=float(forces_n.max(initial=0.0)),
         bend_rad=float((forces_n * bend_rad_n).max(initial=0.0)),
         weight_n=float(model.body_mass.sum() * np.linalg.norm(model.opt.gravity)),

@@ -110,10 +110,16 @@ def _inside_default(element: Element) -> bool:
 
 def gain_sign(root: Element, actuator: Element) -> int:
     """Return the sign of the force a positive control makes: -1 pulls on a tendon, 1 pushes, 0 does nothing."""
+    gain = gain_of(root, actuator)
+    return (gain > 0) - (gain < 0)
+
+
+def gain_of(root: Element, actuator: Element) -> float:
+    """Return the force on a joint or tendon that a control of 1 makes, bias aside: gear x gain."""
     product = 1.0
     for name in ("gear", "gainprm"):
         product *= (effective_numbers(root, actuator, name) or [1.0])[0]
-    return (product > 0) - (product < 0)
+    return product
 
 
 def is_servo(root: Element, actuator: Element) -> bool:

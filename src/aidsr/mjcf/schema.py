@@ -81,6 +81,13 @@ def mjcf_schema() -> ElementSchema:
 
 
 @cache
+def childless() -> frozenset[str]:
+    """Return the names of elements that hold nothing, wherever they stand; plugins, which are refused, do not count."""
+    holding = {schema.name for schema in mjcf_schema().walk() if schema.children.keys() - {"plugin"}}
+    return frozenset(schema.name for schema in mjcf_schema().walk()) - holding - FORBIDDEN_ELEMENTS.keys()
+
+
+@cache
 def actuator_elements() -> tuple[str, ...]:
     """Return the elements that describe an actuator, sorted, without those of plugins."""
     return tuple(sorted(mjcf_schema().children["actuator"].children.keys() - {"plugin"}))
