@@ -32,7 +32,7 @@ def buried(bench: Bench) -> float:
     model = spec.compile()
     probe = model.geom("probe").id
     data, worst = mujoco.MjData(model), 0.0
-    spans = np.array(_spans(model)).reshape(-1, 2)
+    spans = np.array(_spans(model), dtype=np.int64).reshape(-1, 2)
     poses = [bench.start.qpos] + [bench.alone(i, bench.ends(i)[0]).end.qpos for i in bench.pulling]
     for pose in poses:
         data.qpos[:] = pose
