@@ -172,10 +172,10 @@ def page(rows: dict[tuple[str, str], Row]) -> str:
             "## Before the rules measured",
             "",
             "`python -m benchmarks.own_jobs.run --only words`: one concept of the rules that read the words of the",
-            f"objective alone, probed with seed {SEED} as it stands on its mount, without repairs; beside it the design",
+            f"objective alone, probed with seed {SEED} as it stands on its mount, unrepaired; beside it the design",
             "of the table above. A body that was not approved has the progress that the Judge told of, with seed 0.",
             "",
-            "| job | by words: body | passed by their Judge | progress, won | measured: body | approved | the same |",
+            "| job | by words: body | their Judge passed | progress, won | measured: body | approved | the same |",
             "|---|---|---|---|---|---|---|",
         ]
         lines += [_compared(name, rows) for name in before]
