@@ -132,7 +132,8 @@ def _read(site: Site) -> tuple[DesignRow, ...]:
 def design_row(view: RunView, design: DesignView, folder: DesignFolder) -> DesignRow:
     """Return a design as a row of the table."""
     status, record = design.status, view.status.record
-    shares, amounts = [], ()
+    shares: list[float] = []
+    amounts: tuple[tuple[str, float], ...] = ()
     if design.trained:
         verdicts = [verdict for one in trainings_of(folder) if (verdict := one.evaluation.read()) is not None]
         shares = [verdict.success_share for verdict in verdicts]
