@@ -65,7 +65,6 @@ def add_run_page(site: Site) -> None:
             with ui.tabs().props("dense align=left no-caps") as tabs:
                 for key, title in _TABS.items():
                     ui.tab(key, title)
-            tabs.on_value_change(lambda event: app.storage.user.update(run_tab=event.value))
             with ui.tab_panels(tabs, value=opened if opened in _TABS else "watch", animated=False).classes("full"):
                 with ui.tab_panel("watch"):
                     _columns(site, run)
@@ -73,6 +72,8 @@ def add_run_page(site: Site) -> None:
                     comparison_table(site, run)
                 with ui.tab_panel("log"):
                     conversation(run)
+            # from here on, so that only what a person opens is kept
+            tabs.on_value_change(lambda event: app.storage.user.update(run_tab=event.value))
 
 
 def not_found(error: AidsrError) -> None:
