@@ -446,7 +446,7 @@ def test_a_cable_that_no_other_shows_the_way_stays_cut() -> None:
 
 
 def test_ranges_of_ball_joints_that_get_wider_begin_with_zero() -> None:
-    text = """<mujoco><default><joint type="ball"/><default class="tight"><joint range="0 0.01"/></default></default>
+    text = """<mujoco><default><joint type="ball"/><default class="tight"><joint range="0 10"/></default></default>
       <worldbody><body childclass="tight"><joint/><geom size="0.1"/></body></worldbody></mujoco>"""
     assert 'range="0 ' in fixed("joint_range_too_small", text=text)
 
