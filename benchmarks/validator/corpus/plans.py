@@ -80,5 +80,5 @@ PLANS: dict[Split, Plan] = {
         largest=20,
     ),
 }
-"""The whole corpus: what is held out was looked at by nobody, but measured after every change; what is third was made
-before the last change to the fixes was measured, and measured after it."""
+"""The whole corpus: what is held out was looked at by nobody, but measured after every change; what is third has not
+been made yet, and is to be measured once."""
