@@ -61,11 +61,7 @@ def ball_ranges(root: Element, _: Request) -> Iterator[str]:
 
     Source: MuJoCo XML reference, body/joint/range.
     """
-    classes = default_classes(root)
-    for joint in elements(root, "joint"):
-        kind, found = setting(joint, "type", classes), setting(joint, "range", classes)
-        if not is_placed(joint) or kind is None or kind.value != "ball" or found is None:
-            continue
+    for joint, found in _ball_ranges(root):
         ends = numbers(found.value)
         if len(ends) == 2 and ends[0] < 0 < ends[1] and -ends[0] == ends[1]:
             joint.set("range", f"0 {found.value.split()[1]}")
@@ -74,11 +70,7 @@ def ball_ranges(root: Element, _: Request) -> Iterator[str]:
 
 def ball_ranges_from_zero(root: Element, _: Request) -> Iterator[str]:
     """Write 0 for the first number of a ball joint's range: it limits the angle from rest."""
-    classes = default_classes(root)
-    for joint in elements(root, "joint"):
-        kind, found = setting(joint, "type", classes), setting(joint, "range", classes)
-        if not is_placed(joint) or kind is None or kind.value != "ball" or found is None:
-            continue
+    for joint, found in _ball_ranges(root):
         ends = numbers(found.value)
         if len(ends) == 2 and ends[0] != 0.0 and (widest := max(map(abs, ends))) > 0.0:
             set_numbers(joint, "range", 0.0, widest)
@@ -184,7 +176,7 @@ def widen_joint_ranges(root: Element, _: Request) -> Iterator[str]:
     """Read joint ranges that were meant in radians as such, or open them to 34 degrees to both sides."""
     in_degrees = all(compiler.get("angle", "degree") == "degree" for compiler in elements(root, "compiler"))
     wide = math.degrees(_WIDE_RAD) if in_degrees else _WIDE_RAD
-    of_balls, changed = set(_holders_of_ball_ranges(root)), 0
+    of_balls, changed = {found.holder for _joint, found in _ball_ranges(root)}, 0
     for joint in joints(root):
         limits = get_numbers(joint, "range")
         if len(limits) != 2 or joint.get("type") in ("slide", "free"):
@@ -199,13 +191,13 @@ def widen_joint_ranges(root: Element, _: Request) -> Iterator[str]:
         yield f"widened the ranges of {changed} joints"
 
 
-def _holders_of_ball_ranges(root: Element) -> Iterator[Element]:
-    """Yield the joints and the descriptions in defaults that give ball joints their range."""
+def _ball_ranges(root: Element) -> Iterator[tuple[Element, Setting]]:
+    """Yield each ball joint that has a range, and where it has it from: itself or a description in defaults."""
     classes = default_classes(root)
     for joint in elements(root, "joint"):
         kind, found = setting(joint, "type", classes), setting(joint, "range", classes)
         if is_placed(joint) and kind is not None and kind.value == "ball" and found is not None:
-            yield found.holder
+            yield joint, found
 
 
 def include_drawn_pose(root: Element, request: Request) -> Iterator[str]:
