@@ -109,6 +109,8 @@ def taut(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
     tendon = pull_actuators(spec)[0].target
     index = anatomy.model.tendon(tendon).id
     length = float(anatomy.data.ten_length[index])
+    if not length > 0:
+        raise UnsuitableError("a fixed tendon, which has no length at rest")
     joint = inner_joints(spec)[0]
     offset = float(
         np.abs(anatomy.data.ten_J[anatomy.model.ten_J_rowadr[index] :][: anatomy.model.ten_J_rownnz[index]]).max()
