@@ -94,3 +94,21 @@ def test_an_exclusion_between_parts_of_the_robot_and_with_its_mount_is_allowed()
 
 def test_a_robot_without_bodies_has_no_tendons() -> None:
     assert "no_tendons" in codes("<mujoco><worldbody><geom size='0.1'/></worldbody></mujoco>")
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_sum_of_joints_that_bends_to_one_side_is_a_cable_whichever_way_it_is_written(side: int) -> None:
+    assert codes(_coupled(f'ctrlrange="0 8" gear="{side}"')) == set()
+
+
+def test_a_sum_of_joints_that_is_driven_to_both_sides_is_a_motor() -> None:
+    assert "motorized_joint" in codes(_coupled('ctrlrange="-8 8"'))
+
+
+def _coupled(motor: str) -> str:
+    """The small arm bent by a fixed tendon over its four joints."""
+    joints = "".join(f'<joint joint="bend{i}" coef="0.009"/>' for i in range(1, 5))
+    head, _, rest = small_arm().partition("<tendon>")
+    tail = rest.partition("</actuator>")[2]
+    drive = f'<tendon><fixed name="flex">{joints}</fixed></tendon><actuator><motor tendon="flex" {motor}/></actuator>'
+    return f"{head}{drive}{tail}"

@@ -34,8 +34,10 @@ class Drive:
         pull: The end that pulls a tendon hardest; the high end of any other actuator.
         release: The other end.
         goes_slack: Whether it has no force at all when released, however the robot moves.
-        force_low_n, force_high_n: Force on the tendon or joint at both ends where the robot rests; positive pushes
-            [N, or N m on a turning joint].
+        side: 1; -1 where it acts on a sum of joints (a fixed tendon) and harder towards larger sums. Such a tendon has
+            no path along which one could pull, so the side to which it acts harder counts as the pull.
+        force_low_n, force_high_n: `side` * force on the tendon or joint at both ends where the robot rests; positive
+            pushes [N, or N m on a turning joint].
     """
 
     actuator: int
@@ -48,6 +50,7 @@ class Drive:
     pull: float
     release: float
     goes_slack: bool
+    side: int
     force_low_n: float
     force_high_n: float
 
@@ -59,11 +62,15 @@ def read_drives(model: mujoco.MjModel, data: mujoco.MjData, structure: Structure
     probe.qpos[:] = data.qpos
     forces = [_forces(model, probe, ctrl) for ctrl in (low, high)]
     neutral = neutral_ctrl(model, data)
+    sums = {tendon.id for tendon in structure.tendons if not tendon.spatial}
     drives = []
     for actuator in structure.actuators:
         at = int(model.actuator_ctrladr[actuator])
         on_tendon = actuator in structure.tendon_actuators
-        force_low, force_high = float(forces[0][actuator]), float(forces[1][actuator])
+        ends = float(forces[0][actuator]), float(forces[1][actuator])
+        on_sum = on_tendon and int(model.actuator_trnid[actuator, 0]) in sums
+        side = -1 if on_sum and max(ends) > -min(ends) else 1
+        force_low, force_high = side * ends[0], side * ends[1]
         pulls_low = on_tendon and force_low < force_high
         drives.append(
             Drive(
@@ -77,6 +84,7 @@ def read_drives(model: mujoco.MjModel, data: mujoco.MjData, structure: Structure
                 pull=float(low[at] if pulls_low else high[at]),
                 release=float(high[at] if pulls_low else low[at]),
                 goes_slack=max(force_low, force_high) == 0 and not model.actuator_biasprm[actuator].any(),
+                side=side,
                 force_low_n=force_low,
                 force_high_n=force_high,
             )

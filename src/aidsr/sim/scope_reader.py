@@ -70,7 +70,7 @@ class ScopeReader:
             forces = [
                 drive.force_low_n,
                 drive.force_high_n,
-                *self._forces_shorter(drive.actuator, drive.low, drive.high),
+                *(drive.side * force for force in self._forces_shorter(drive.actuator, drive.low, drive.high)),
             ]
             pushes[drive.actuator] = (max(0.0, *forces), max(0.0, *(-force for force in forces)))
         return pushes

@@ -127,7 +127,8 @@ MOTORIZED_JOINT = Rule(
     finds="An actuator turns or slides the robot's joints without a cable along a limb.",
     why="A motor in a joint, a piston or a crank makes it a rigid robot. Motors of the environment, as for a moving "
     "mount, are not the robot's.",
-    limit="actuators of the robot on joints, cranks or the sum of fewer than three joints: 0",
+    limit="actuators of the robot on joints, on cranks, and on sums of joints that are fewer than three or driven to "
+    "both sides: 0",
     check=find_out_of_scope_faults,
     unit="actuators",
     cure='Drive the limb with cables: <motor tendon="..."> along three or more joints.',
