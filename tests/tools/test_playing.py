@@ -6,10 +6,15 @@ import re
 from pathlib import Path
 
 import pytest
+from tests.scenes import small_arm
 from tests.tools.carts import cart
 
+from aidsr.core.artifacts import Placement, Robot
 from aidsr.core.errors import UserError
+from aidsr.sim.assembly import assemble
+from aidsr.tasks import goal_task, read_goal
 from aidsr.tools.playing import play
+from aidsr.tools.scene import MeasuredScene
 
 
 def test_a_cart_of_constant_speed_has_its_path_velocity_and_distances(tmp_path: Path) -> None:
@@ -176,3 +181,43 @@ def test_commands_beyond_the_range_are_told_as_cut_off(tmp_path: Path) -> None:
     told = play(cart(tmp_path, 9.0), "drive: mean -0.8 amplitude 0.6 hz 1", seconds=1.0).text()
     assert re.search(r"^drive is asked for -1\.4, cut off at -1, \d\d% of the time$", told, re.M)
     assert "cut off" not in play(cart(tmp_path, 9.0), "drive: mean -0.4 amplitude 0.6 hz 1", seconds=1.0).text()
+
+
+def arm_that_reaches(folder: Path, flag: str) -> MeasuredScene:
+    """The small arm, and a place that its tip is to come to: at 0 0 0.398, under one cable at 0.15 0 0.108."""
+    goal = folder / "goal.toml"
+    goal.write_text('kind = "reach"\ntarget = "flag"\nwithin_m = 0.03\nhold_s = 0.2\ntime_limit_s = 2\n')
+    environment = (
+        f'<mujoco><worldbody><site name="mount" pos="0 0 0.1"/><site name="flag" pos="{flag}"/></worldbody></mujoco>'
+    )
+    robot, placement = Robot(mjcf=small_arm(), functional_part="tip"), Placement(mount="mount", base="fixed")
+    sensors = goal_task(read_goal(goal), environment).sensors
+    return MeasuredScene(mjcf=assemble(robot, environment, placement, sensors).mjcf, goal=goal)
+
+
+def test_a_success_by_cables_and_soft_body_says_that_it_would_be_valid(tmp_path: Path) -> None:
+    found = play(arm_that_reaches(tmp_path, "0.15 0 0.108"), "pull_left: 1\npull_right: -1")
+    assert found.succeeded
+    assert found.not_valid == ()
+    assert "does not succeed, as a valid policy's" in found.text()
+
+
+def test_a_success_without_cables_says_why_it_is_not_valid(tmp_path: Path) -> None:
+    found = play(arm_that_reaches(tmp_path, "0 0 0.38"), "pull_left: -1\npull_right: -1")
+    assert found.not_valid == (
+        "the same motion succeeds with every cable slack",
+        "the same motion succeeds with the joints of the soft body locked",
+    )
+    assert "a policy that does this is not valid" in found.text()
+    assert "not valid" in found.phase, "rows of several variations say so too"
+
+
+def test_a_success_by_other_actuators_says_that_it_fails_without_them(tmp_path: Path) -> None:
+    found = play(cart(tmp_path, 0.2), "drive: t=0 1, t=0.4 1, t=0.41 0")
+    assert "it fails without the 2 actuators of the robot that pull on no cable" in (found.not_valid or ())
+
+
+def test_a_motion_that_does_not_succeed_is_not_asked_what_it_needs(tmp_path: Path) -> None:
+    found = play(arm_that_reaches(tmp_path, "0.15 0 0.108"), "pull_left: -1\npull_right: -1")
+    assert found.not_valid is None
+    assert "valid" not in found.text()

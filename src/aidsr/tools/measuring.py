@@ -202,7 +202,10 @@ def train(
     scene: SceneName,
     steps: Annotated[int, Field(ge=2000, le=500_000, description="Control steps.")] = 50_000,
 ) -> Result:
-    """Train a policy by reinforcement learning and evaluate it on development variations; takes many minutes."""
+    """Train a policy and say how many development variations it wins and whether it is valid; takes many minutes.
+
+    Valid is what plausible physics, cables and soft limbs do: with slack cables or locked limbs the policy must lose.
+    """
     require_extra("rl", "training")
     from aidsr.learn.rl.evaluation import LEAST_EPISODES
     from aidsr.learn.rl.isolated_learning import train_in_child
@@ -235,7 +238,7 @@ def train(
 def evaluate(
     workspace: Workspace,
     scene: SceneName,
-    episodes: Annotated[int, Field(ge=1, le=_MOST_EPISODES, description="Held-out variations, 20 or more.")] = 100,
+    episodes: Annotated[int, Field(ge=20, le=_MOST_EPISODES, description="Held-out variations.")] = 100,
 ) -> Result:
     """Score the last trained policy of a scene on held-out variations, by which nothing is to be designed."""
     require_extra("rl", "evaluating a policy")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from aidsr.sandbox.isolated import isolated
@@ -11,6 +11,8 @@ from aidsr.tools.recording import Recording
 from aidsr.tools.scene import MeasuredScene
 
 if TYPE_CHECKING:
+    from mujoco import MjModel
+
     from aidsr.learn.episodes.rollout import Policy
     from aidsr.learn.episodes.scene import TaskScene
 
@@ -29,6 +31,9 @@ def play(
 ) -> Recording:
     """Play a script from the beginning of an episode and return what happened.
 
+    One that succeeds is played again as `aidsr evaluate` does for the verdict "valid": with slack cables, with a locked
+    soft body, and without the other actuators.
+
     Args:
         scene: The scene.
         script: See `aidsr.tools.script.GRAMMAR`.
@@ -43,10 +48,39 @@ def play(
     """
     from aidsr.tools.script import parse_script
 
-    loaded = scene.load()
+    loaded, tracks = scene.load(), parse_script(script)
     names = [group.name for group in loaded.actions.groups]
-    policy = parse_script(script).played_by(names, loaded.actions.rest, loaded.task.control_dt_s)
-    return record(loaded, policy, variation=variation, seconds=seconds, distances=distances)
+
+    def motion() -> Policy:
+        return tracks.played_by(names, loaded.actions.rest, loaded.task.control_dt_s)
+
+    played = record(loaded, motion(), variation=variation, seconds=seconds, distances=distances)
+    return (
+        played.model_copy(update={"not_valid": _not_valid(loaded, motion, variation)}) if played.succeeded else played
+    )
+
+
+def _not_valid(scene: TaskScene, motion: Callable[[], Policy], variation: int) -> tuple[str, ...]:
+    """Return in clauses why a motion that succeeds is not the work of cables and soft body; empty where it is."""
+    from aidsr.learn.episodes.batch import Episodes
+    from aidsr.learn.episodes.rollout import rollout
+    from aidsr.sim.deactivate import other_actuators, with_locked_soft_body, without_cables, without_other_actuators
+    from aidsr.sim.structure import read_structure
+
+    chosen, structure = scene.task.variation("development", variation), read_structure(scene.model)
+
+    def wins(model: MjModel) -> bool:
+        return bool(rollout(Episodes(model, scene.task, scene.actions, [chosen], threads=1), motion()).success[0])
+
+    clauses = []
+    if wins(without_cables(scene.model, structure)):
+        clauses.append("the same motion succeeds with every cable slack")
+    if wins(with_locked_soft_body(scene.model, structure)):
+        clauses.append("the same motion succeeds with the joints of the soft body locked")
+    others = other_actuators(structure)
+    if others and not wins(without_other_actuators(scene.model, structure)):
+        clauses.append(f"it fails without the {len(others)} actuators of the robot that pull on no cable")
+    return tuple(clauses)
 
 
 def record(

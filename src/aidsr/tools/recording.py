@@ -95,6 +95,8 @@ class Recording(Artifact):
     """What progress is made of, where that is a person's own goal."""
     cut_off: tuple[str, ...] = ()
     """What the motion asks for beyond the control range, in clauses."""
+    not_valid: tuple[str, ...] | None = None
+    """Why this success is not the work of cables and soft body, in clauses; None where that was not tried."""
 
     @property
     def duration_s(self) -> float:
@@ -132,6 +134,7 @@ class Recording(Artifact):
             Figure(name="y", value=vy, unit="mm/s"),
             Figure(name="z", value=vz, unit="mm/s"),
             Figure(name="heading", value=self.heading_deg, unit="deg"),
+            Figure(name="peak contact force", value=max((touch.peak_n for touch in self.touches), default=0), unit="N"),
             *(figure for one in self.distances for figure in _distance_figures(one)),
         )
 
@@ -140,6 +143,7 @@ class Recording(Artifact):
         lines = [
             f"{format_number(self.duration_s)} s of development variation {self.variation}. Ended: {self.ended}",
             self._progress(),
+            *self._validity(),
             *(f"a limit passed: {limit.text}" for limit in self.passed),
             *self._against(),
             *(_overlap_line(*each) for each in self.overlaps),
@@ -178,7 +182,15 @@ class Recording(Artifact):
     def phase(self) -> str:
         """How far it came and what it passed first, in a clause."""
         held = f", held {self.held_s:.3g} s of {self.hold_s:.3g} s" if self.held_s and not self.succeeded else ""
-        return f"{self.reached}{held}" + (f"; {self.passed[0].text}" if self.passed else "")
+        passed = f"; {self.passed[0].text}" if self.passed else ""
+        return f"{self.reached}{held}{passed}" + (f"; not valid: {self.not_valid[0]}" if self.not_valid else "")
+
+    def _validity(self) -> list[str]:
+        if self.not_valid is None:
+            return []
+        if self.not_valid:
+            return [f"a policy that does this is not valid: {' and '.join(self.not_valid)}"]
+        return ["with slack cables, or with a locked soft body, the same motion does not succeed, as a valid policy's"]
 
     def _against(self) -> list[str]:
         told = self.against_s and not self.passed
