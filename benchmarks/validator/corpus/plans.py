@@ -79,6 +79,23 @@ PLANS: dict[Split, Plan] = {
         bad_of_code=1,
         largest=20,
     ),
+    "fourth": Plan(
+        {
+            "hinges": 7,
+            "balls": 7,
+            "tapered": 7,
+            "discs": 6,
+            "ground": 7,
+            "loops": 3,
+            "own": 3,
+            "styles": 12,
+            "hands": 8,
+            "frames": 6,
+        },
+        {"bad": 1},
+        bad_of_code=1,
+        largest=20,
+    ),
 }
-"""The whole corpus: what is held out was looked at by nobody, but measured after every change; what is third has not
-been made yet, and is to be measured once."""
+"""The whole corpus: what is held out was looked at by nobody, but measured after every change. What is third was
+measured once, then its misses were looked at and mended; what is fourth is measured after that."""
