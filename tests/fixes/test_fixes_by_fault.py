@@ -310,6 +310,11 @@ def test_an_attribute_with_two_slips_is_guessed_and_one_of_another_element_dropp
     assert text == arm()
 
 
+def test_a_word_that_an_attribute_is_short_for_is_written_as_the_attribute() -> None:
+    text = fixed("unknown_attribute", text=swapped(' pos="', ' position="', arm(), 1))
+    assert text == arm(), "dropped, the body would stand in another"
+
+
 def test_a_name_that_is_referred_to_is_changed_where_it_stands_for_the_second_time() -> None:
     text = swapped(
         '<site name="tip_touch"',
