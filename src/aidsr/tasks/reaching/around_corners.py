@@ -96,8 +96,8 @@ class AroundCorners(Task):
     def criteria(self) -> Criteria:
         return Criteria(
             variation=(
-                f"The first opening is on the side of +x or of -x, the box turned by up to {YAW_DEG:g} deg and placed "
-                f"+-{1000 * OFFSET_M:g} mm to each side."
+                f"The first opening is on the side of +x or of -x, the box turned by up to {YAW_DEG:g} deg about the "
+                f"vertical and moved by up to {1000 * OFFSET_M:g} mm along x and along y."
             ),
             progress=(
                 "Four tenths for coming to the first opening, three for coming to the second, two for coming to the "

@@ -45,6 +45,7 @@ class JudgeAgent:
             ReplyError: No reply could be used.
         """
         pictures = self.pictures(scene)
+        unsaid = () if scene.placement.functional_part else ("functional_part",)
         user = render(
             "judge_scene",
             brief=brief,
@@ -53,7 +54,7 @@ class JudgeAgent:
             robot=robot,
             mjcf=((self.condensed and condense(robot.mjcf)) or robot.mjcf).strip(),
             scaled="" if scene.placement.scale == 1 else format_number(scene.placement.scale),
-            placement=as_json(scene.placement, defaults=True),
+            placement=as_json(scene.placement, *unsaid, defaults=True),
             notes=scene.notes,
             report=report.account(),
             measured=_measurement_lines(report),
