@@ -8,7 +8,8 @@ The folder that holds a run names its arm.
 
 One row a design goes to results.jsonl and the table made of them to results.md. A design that was not approved has a
 row too. The same command goes on with what is left; `--write-only` makes the table alone, `--publish` copies what makes
-the robots again (`aidsr design --model replay:RUN`) to transcripts/.
+the robots again (`aidsr design --model replay:RUN`) to transcripts/. `--floors` plays policies that nobody trained on
+the scenes of the successful designs, of runs or of transcripts, and keeps what they win in floors.jsonl.
 """
 
 from __future__ import annotations
@@ -21,8 +22,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
 
+from benchmarks.tasks.floors import CONSTANTS, measure
+
 from aidsr.api import find_scene
 from aidsr.core.artifacts import Artifact, Evaluation
+from aidsr.core.provenance import commit
 from aidsr.core.rates import Rate
 from aidsr.learn.rl.recipe import PROTOCOLS
 from aidsr.learn.rl.trained import evaluate_training
@@ -35,6 +39,10 @@ from aidsr.teams.providers.manual import prompts_directory
 
 HOME = Path(__file__).parent
 RESULTS = HOME / "results.jsonl"
+FLOORS = HOME / "floors.jsonl"
+UNTRAINED = ("idle", "constant", "random 25 Hz", "random 0.5 s")
+"""Policies of `benchmarks.tasks.floors` that win at most one episode in twenty where a success means something."""
+FLOOR_EPISODES = 20
 PAPER_TOKENS_A_SUCCESS = 151_000 / 0.267
 """Tokens for each successful design. Source: the AID-SR paper, 151,000 tokens a design, 26.7 % successful."""
 _KEPT = ("run.json", "brief.json", "environment.xml", "concepts.json")
@@ -88,6 +96,16 @@ class Asked:
     perturbed: bool
 
 
+class Floor(Artifact):
+    """What policies that nobody trained win in one scene."""
+
+    scene_sha256: str
+    wins: dict[str, int]
+    """Of the held-out episodes, by the name of the policy."""
+    episodes: int
+    commit: str
+
+
 def main() -> None:
     """Do what is left, then write the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -95,11 +113,16 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=60_000, help="control steps a policy, at most")
     parser.add_argument("--perturbed", action="store_true", help="judge winners in perturbed scenes as well")
     parser.add_argument("--write-only", action="store_true", help="write the table of what is there")
+    parser.add_argument(
+        "--floors", action="store_true", help="measure what untrained policies win, and do nothing else"
+    )
     parser.add_argument("--publish", action="store_true", help="copy the runs' recorded calls to transcripts/")
     given = parser.parse_args()
     asked = Asked(given.steps, given.perturbed)
     done = {(row.run, row.design) for row in read_rows(RESULTS)}
-    for run in map(Run, given.runs):
+    if given.floors:
+        measure_floors([folder for run in map(Run, given.runs) for folder in run.designs])
+    for run in [] if given.floors else map(Run, given.runs):
         if given.publish:
             publish(run, HOME / "transcripts" / run.path.resolve().parent.name / run.asked().task.rpartition("/")[2])
         if given.write_only:
@@ -107,7 +130,28 @@ def main() -> None:
         for folder in run.designs:
             if (run.name, folder.number) not in done and folder.outcome.read() is not None:
                 _note(row_of(run, folder, asked))
-    replace_file(HOME / "results.md", table(read_rows(RESULTS)).encode())
+    replace_file(HOME / "results.md", table(read_rows(RESULTS), read_floors(FLOORS)).encode())
+
+
+def measure_floors(folders: Iterable[DesignFolder]) -> None:
+    """Play untrained policies in the scenes of successful designs that have no floor yet."""
+    known = {floor.scene_sha256 for floor in read_floors(FLOORS)}
+    wanted = {row.scene_sha256 for row in read_rows(RESULTS) if row.successful} - known
+    for folder in folders:
+        scene = find_scene(folder).for_learning("auto")
+        if scene.fingerprint not in wanted:
+            continue
+        found = measure(scene, UNTRAINED, FLOOR_EPISODES, threads=1)
+        wins = {each.policy: int(each.outcomes.success.sum()) for each in found}
+        floor = Floor(scene_sha256=scene.fingerprint, wins=wins, episodes=FLOOR_EPISODES, commit=commit())
+        with FLOORS.open("a", encoding="utf-8") as file:
+            file.write(floor.model_dump_json() + "\n")
+
+
+def read_floors(path: Path) -> tuple[Floor, ...]:
+    """Return the floors in a file, none where there is no file."""
+    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    return tuple(Floor.model_validate_json(line) for line in lines)
 
 
 def _note(row: Row) -> None:
@@ -172,8 +216,9 @@ def _kept(verdict: Evaluation) -> float | None:
     return round(fmean(each.success_share for each in verdict.perturbed) / verdict.success_share, 3)
 
 
-def table(rows: Sequence[Row]) -> str:
+def table(rows: Sequence[Row], floors: Sequence[Floor] = ()) -> str:
     """Return the page."""
+    floor_of = {floor.scene_sha256: floor for floor in floors}
     steps = sorted({row.most_steps for row in rows})
     lines = [
         "# Teams compared, played by a language model",
@@ -182,7 +227,8 @@ def table(rows: Sequence[Row]) -> str:
         f"Trained by protocol `best` for at most {' or '.join(f'{each:,}' for each in steps)} control steps (the "
         f"benchmark's budget is 300,000), one seed, judged by version {BENCHMARK_VERSION} of the benchmark on 100 "
         "held-out episodes. *Successful*: valid, and at least half of them won. Tokens are visible ones, by bytes / 3. "
-        "Intervals: Wilson, 95 %.",
+        f"Intervals: Wilson, 95 %. *Floor*: the most that idling, the best of {CONSTANTS} constant actions or random "
+        f"actions win in the scene of a successful design, of {FLOOR_EPISODES} held-out episodes (`--floors`).",
         "",
         "| arm | tasks | designs | first robot stable | approved | valid | successful | tokens a design | "
         "calls a design | tokens a successful design |",
@@ -193,9 +239,12 @@ def table(rows: Sequence[Row]) -> str:
         f"{PAPER_TOKENS_A_SUCCESS:,.0f} tokens a successful design, on tasks that are not public.",
         "",
         "| task | arm | concept | outcome | valid | successful | episodes won | progress | perturbed, kept | "
-        "iterations | calls | tokens | designing, wall s |",
-        "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
-        *(line_of(row) for row in sorted(rows, key=lambda row: (row.task, row.arm, row.run, row.design))),
+        "floor | iterations | calls | tokens | designing, wall s |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|",
+        *(
+            line_of(row, floor_of.get(row.scene_sha256))
+            for row in sorted(rows, key=lambda row: (row.task, row.arm, row.run, row.design))
+        ),
     ]
     return "\n".join(lines) + "\n"
 
@@ -220,11 +269,12 @@ def _rate(values: Iterable[bool]) -> str:
     return f"{rate.hits} of {rate.of} ({rate.interval.low:.0%} to {rate.interval.high:.0%})"
 
 
-def line_of(row: Row) -> str:
+def line_of(row: Row, floor: Floor | None = None) -> str:
     """Return the line of one design."""
     words = [row.task, row.arm, row.concept, row.outcome]
     words += [_yes(row.valid), _yes(row.successful), f"{row.success_share:.0%}", f"{row.progress:.2f}"]
-    words += ["" if row.kept_perturbed is None else f"{row.kept_perturbed:.0%}", str(row.iterations), str(row.calls)]
+    words += ["" if row.kept_perturbed is None else f"{row.kept_perturbed:.0%}"]
+    words += [f"{max(floor.wins.values()) / floor.episodes:.0%}" if floor else "", str(row.iterations), str(row.calls)]
     return "| " + " | ".join([*words, f"{row.tokens:,}", f"{row.latency_s:.0f}"]) + " |"
 
 
