@@ -15,6 +15,9 @@ MARK = "verdict.json"
 REACH_TOLERANCE = 0.1
 """Largest relative difference of reach. Source: what the project asks of a built robot."""
 
+BUILDING_LAYERS = ("scope", "realizability")
+"""Layers whose faults say what cannot be built of cables, winches and printed limbs."""
+
 
 class Change(Artifact):
     """Something in which the built robot differs from the simulated one."""
@@ -28,7 +31,7 @@ class Retest(Artifact):
     """The robot as built, beside the robot as designed, both driven by the validator."""
 
     stable: bool
-    """Whether the robot as built moves without a fault; whether it could be built is another question."""
+    """Whether the robot as built moves without a fault: no errors among `motion_faults`."""
     reach_m: float
     """Largest displacement in any test, by one actuator or several."""
     designed_reach_m: float
@@ -37,6 +40,20 @@ class Retest(Artifact):
     success_share: float | None = None
     """Of the trained policy, in the scene with the robot as built; None where none was tried."""
     designed_success_share: float | None = None
+
+    @property
+    def motion_faults(self) -> tuple[Fault, ...]:
+        """Errors in how the robot as built moves, which decide `stable`."""
+        return tuple(fault for fault in self._errors if fault.layer not in BUILDING_LAYERS)
+
+    @property
+    def building_faults(self) -> tuple[Fault, ...]:
+        """Errors in its cables, winches and parts, which the verdict weighs with the rest of the export."""
+        return tuple(fault for fault in self._errors if fault.layer in BUILDING_LAYERS)
+
+    @property
+    def _errors(self) -> tuple[Fault, ...]:
+        return tuple(fault for fault in self.faults if fault.severity == "error")
 
     @property
     def same_reach(self) -> bool:

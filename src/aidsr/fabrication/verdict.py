@@ -8,7 +8,7 @@ from aidsr.core.artifacts import Fault, ValidationReport
 from aidsr.core.formatting import format_fault
 from aidsr.fabrication.as_built import changes_of
 from aidsr.fabrication.build import RobotBuild
-from aidsr.fabrication.schema import REACH_TOLERANCE, Retest, Verdict
+from aidsr.fabrication.schema import BUILDING_LAYERS, REACH_TOLERANCE, Retest, Verdict
 
 MASS_TOLERANCE = 0.15
 """The same of the mass of what moves. Source: what the project asks of a built robot; beyond it is a warning, as the
@@ -90,13 +90,9 @@ def _mass_reasons(simulated_kg: float, built_kg: float) -> list[Fault]:
     ]
 
 
-_BUILDING = ("scope", "realizability")
-"""Layers whose faults say what cannot be built of cables, winches and printed limbs."""
-
-
 def _unsound(faults: tuple[Fault, ...]) -> list[Fault]:
     """Errors in how a robot moves, which do not bear on whether it can be built."""
-    return [fault for fault in faults if fault.severity == "error" and fault.layer not in _BUILDING]
+    return [fault for fault in faults if fault.severity == "error" and fault.layer not in BUILDING_LAYERS]
 
 
 def _design_reasons(retest: Retest, known: tuple[Fault, ...]) -> list[Fault]:
@@ -114,7 +110,7 @@ def _design_reasons(retest: Retest, known: tuple[Fault, ...]) -> list[Fault]:
     found += [
         _as_reported(fault)
         for fault in retest.designed_faults
-        if fault.layer in _BUILDING
+        if fault.layer in BUILDING_LAYERS
         and not any((fault.code, _as_reported(fault).severity, name) in reported for name in fault.names)
     ]
     return found
@@ -130,7 +126,7 @@ def _retest_reasons(retest: Retest) -> list[Fault]:
     found = [
         _as_reported(fault).model_copy(update={"message": f"as built, {fault.message}"})
         for fault in retest.faults
-        if fault.severity == "error" and fault.layer in _BUILDING and fault.code not in had
+        if fault.severity == "error" and fault.layer in BUILDING_LAYERS and fault.code not in had
     ]
     if unsound := [fault for fault in _unsound(retest.faults) if fault.code not in had]:
         message = "is unstable with the masses, springs and stops it is built with"

@@ -13,7 +13,8 @@ from test_pages import press, shown, visiting, visitor
 from aidsr.apps.web.export_page import State, draw_export, read_export
 from aidsr.apps.web.export_result import letters
 from aidsr.apps.web.site import Site
-from aidsr.fabrication.schema import PartEntry
+from aidsr.core.artifacts import Fault
+from aidsr.fabrication.schema import PartEntry, Verdict
 from aidsr.runs import DesignFolder, Run
 
 
@@ -43,6 +44,24 @@ async def test_an_export_shows_verdict_parts_and_changes(user: User, site: Site)
     assert f"/sheet/{run.path.name}/1" in page
     for element in user.client.elements.values():
         assert "<script" not in str(element.props.get("innerHTML", ""))
+
+
+@visiting
+async def test_a_retest_is_not_called_stable_above_an_error_of_its_winches(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=1)
+    folder = made_export(run.design(1))
+    told = Verdict.model_validate_json((folder / "verdict.json").read_text())
+    assert told.retest is not None
+    strong = Fault(
+        code="actuator_overforce", layer="realizability", severity="error", message="pulls too hard", cure="Pull less."
+    )
+    retest = told.retest.model_copy(update={"faults": (strong,)})
+    (folder / "verdict.json").write_text(told.model_copy(update={"retest": retest}).model_dump_json())
+    await user.open(f"/run/{run.path.name}/1/export")
+    await user.should_see("actuator overforce")
+    await user.should_see("moves without a fault")
+    await user.should_see("Limits of its cables, winches and parts")
+    await user.should_not_see(content="stable")
 
 
 @visiting

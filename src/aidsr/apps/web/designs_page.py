@@ -80,6 +80,8 @@ class _Wanted:
     by: str = "started"
     falling: bool = True
     picked: tuple[str, ...] = ()
+    refused: bool = False
+    """Whether one more was picked than can be compared."""
 
 
 def add_designs_page(site: Site) -> None:
@@ -101,9 +103,11 @@ def designs_to_pick(site: Site, picked: tuple[str, ...] = ()) -> None:
             setattr(wanted, name, value)
 
     choices = ui.element("div").classes("form")
-    live(lambda: wanted.picked, lambda picked: _compare_bar(picked, act))
+    live(lambda: (wanted.picked, wanted.refused), lambda facts: _compare_bar(*facts, act))
     # what is wanted is part of what was read, so that a change of it redraws the table; picks do not
-    look = live(lambda: (_read(site), replace(wanted, picked=())), lambda facts: _draw(facts[0], wanted, act))
+    look = live(
+        lambda: (_read(site), replace(wanted, picked=(), refused=False)), lambda facts: _draw(facts[0], wanted, act)
+    )
 
     with choices:
         for name in _FILTERS:
@@ -237,7 +241,10 @@ def _cells(row: DesignRow, wanted: _Wanted, act: Callable[..., None]) -> None:
     def pick(*, on: bool) -> None:
         others = tuple(one for one in wanted.picked if one != row.key)
         if on and len(others) == MOST_COMPARED:
-            raise UserError(f"at most {MOST_COMPARED} designs can be compared; leave one out first")
+            check.value = False
+            wanted.refused = True
+            return
+        wanted.refused = False
         act(picked=(*others, row.key) if on else others)
 
     with box(tag="td"):
@@ -260,14 +267,19 @@ def _cells(row: DesignRow, wanted: _Wanted, act: Callable[..., None]) -> None:
     text(row.started[:10], "line numbers", "td")
 
 
-def _compare_bar(picked: tuple[str, ...], act: Callable[..., None]) -> None:
+def _compare_bar(picked: tuple[str, ...], refused: bool, act: Callable[..., None]) -> None:
     def none() -> None:
-        act(picked=())
+        act(picked=(), refused=False)
         ui.navigate.reload()
 
     address = "/compare?" + urlencode([("design", key) for key in picked])
     with box("notice row", role="status"):
-        text(f"{len(picked)} picked; pick 2 to {MOST_COMPARED} to compare them.", "grow")
+        said = f"{len(picked)} of at most {MOST_COMPARED} picked"
+        if refused:
+            said += "; leave one out before you pick another"
+        elif len(picked) < 2:
+            said += "; pick two or more to compare them"
+        text(f"{said}.", "grow")
         if len(picked) > 1:
             button("Compare", partial(ui.navigate.to, address), "primary", "compare")
         if picked:

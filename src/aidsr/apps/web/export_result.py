@@ -154,15 +154,18 @@ def _retest(retest: Retest) -> None:
     with box("sheet stack", "section", aria_label="simulated as built"):
         text("Simulated as it will be built", tag="h2")
         with box("facts small"):
-            fact("stable", "yes" if retest.stable else "no")
+            fact("moves without a fault", "yes" if retest.stable else "no")
             fact("reach, built", f"{1000 * retest.reach_m:.0f} mm")
             fact("reach, designed", f"{1000 * retest.designed_reach_m:.0f} mm")
             if retest.success_share is not None:
                 fact("trained policy succeeds", f"{retest.success_share:.0%}")
             if retest.designed_success_share is not None:
                 fact("before", f"{retest.designed_success_share:.0%}")
-        for fault in retest.faults:
-            if fault.severity == "error":
+        for fault in retest.motion_faults:
+            fault_found(fault)
+        if retest.building_faults:
+            text("Limits of its cables, winches and parts (weighed under “Can it be built?”)", "label")
+            for fault in retest.building_faults:
                 fault_found(fault)
 
 
