@@ -5,7 +5,7 @@ python -m benchmarks.validator.cures --split 'held out'
 
 Each example is the arm without a fault with one mistake; a split's are the bad robots of the corpus, and good robots
 beside them. A cure has cured when the code is gone, no other error came, and the mistake is no longer in the compiled
-model; one that leaves it there and silences the rule passes it.
+model; one that leaves it there and silences the rule passes it, if the robot has no error left.
 """
 
 from __future__ import annotations
@@ -169,9 +169,9 @@ def judge(mistake: Mistake, cured: str) -> tuple[Outcome, str]:
     left = ", ".join(sorted(_errors(after)))
     if new:
         return "another error", left
-    if still:
-        return "not helped", left
-    return ("passes with the mistake inside" if is_inside(mistake, cured) else "cured"), left
+    if not is_inside(mistake, cured):
+        return ("not helped" if still else "cured"), left
+    return ("not helped" if still or left else "passes with the mistake inside"), left
 
 
 def _errors(report: ValidationReport) -> set[str]:
