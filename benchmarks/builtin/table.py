@@ -3,11 +3,12 @@
     python benchmarks/builtin/table.py --designs 3 --steps 300000 --jobs 2
 
 Policies are trained by protocol `best`; successful ones are also played in perturbed scenes. All 18 tasks unless named,
-the 14 that the rules were written with in view (in sample) and the 4 that came later apart. A study (aidsr.studies) with one concept a run: the n-th design of a task is the first concept of seed n - 1. Every
-task gets its first design before any gets its second, so the table means something whenever it is stopped. Raw outcomes
-go to results-version4.jsonl beside this file and the table made of them to results-version4.md, or to files of another
-name (`--out mine`). The same command goes on with what is left, on this machine or another one: a design whose outcome
-is in the .jsonl is not trained again. To train all yourself, name files that are not there yet.
+the 14 that the rules were written with in view (in sample) and the 4 that came later apart. A study (aidsr.studies)
+with one concept a run: the n-th design of a task is the first concept of seed n - 1. Every task gets its first design
+before any gets its second, so the table means something whenever it is stopped. Raw outcomes go to results-
+version4.jsonl beside this file and the table made of them to results-version4.md, or to files of another name (`--out
+mine`). The same command goes on with what is left, on this machine or another one: a design whose outcome is in the
+.jsonl is not trained again. To train all yourself, name files that are not there yet.
 
 `--seeds 3` trains three policies a design; a design is then valid or successful where most of them are. `--publish`
 copies policies and scenes to a folder, from which `aidsr evaluate` takes them. `--write-only` also writes tables of
@@ -329,7 +330,8 @@ def table(plan: StudyPlan, rows: Sequence[Row], out: str = _OUT) -> str:
         "",
         f"Made by `{_command(plan, out)}` with MuJoCo {mujoco}, version {plan.benchmark_version} of the benchmark, "
         f"level {plan.level}, {'one seed' if plan.seeds == 1 else f'{plan.seeds} policies a design'}, "
-        f"at most {plan.steps:,} control steps a policy{_protocol_in_words(plan)}; the benchmark's budget is {BUDGET_STEPS:,}. "
+        f"at most {plan.steps:,} control steps a policy{_protocol_in_words(plan)}; "
+        f"the benchmark's budget is {BUDGET_STEPS:,}. "
         f"A policy is judged on {' or '.join(map(str, counts))} held-out episodes.{_made_with(rows)}",
         "",
         f"{sample_in_words(plan.tasks)}{_earlier(plan)}",
@@ -394,8 +396,8 @@ def _earlier(plan: StudyPlan) -> str:
         if plan.protocol == _PROTOCOL:
             return ""
         return (
-            f" These policies were trained by protocol `{plan.protocol}`; the command trains by `{_PROTOCOL}` today, and "
-            "figures of the two do not mix."
+            f" These policies were trained by protocol `{plan.protocol}`; the command trains by `{_PROTOCOL}` today, "
+            "and figures of the two do not mix."
         )
     return (
         f" These are results of version {plan.benchmark_version} of the benchmark, which did not ask whether cables "
