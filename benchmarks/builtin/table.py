@@ -1,12 +1,14 @@
 """How many designs of the built-in team are valid and successful, task by task.
 
-    python benchmarks/builtin/table.py --designs 5 --steps 300000 --jobs 2
+    python benchmarks/builtin/table.py --designs 3 --steps 300000 --jobs 2
 
-A study (aidsr.studies) with one concept a run: the n-th design of a task is the first concept of seed n - 1. Every
-task gets its first design before any gets its second, so the table means something whenever it is stopped. Raw outcomes
-go to results-version4.jsonl beside this file and the table made of them to results-version4.md, or to files of another
-name (`--out mine`). The same command goes on with what is left, on this machine or another one: a design whose outcome
-is in the .jsonl is not trained again. To train all yourself, name files that are not there yet.
+Policies are trained by protocol `best`; successful ones are also played in perturbed scenes. All 18 tasks unless named,
+the 14 that the rules were written with in view (in sample) and the 4 that came later apart. A study (aidsr.studies)
+with one concept a run: the n-th design of a task is the first concept of seed n - 1. Every task gets its first design
+before any gets its second, so the table means something whenever it is stopped. Raw outcomes go to results-
+version4.jsonl beside this file and the table made of them to results-version4.md, or to files of another name (`--out
+mine`). The same command goes on with what is left, on this machine or another one: a design whose outcome is in the
+.jsonl is not trained again. To train all yourself, name files that are not there yet.
 
 `--seeds 3` trains three policies a design; a design is then valid or successful where most of them are. `--publish`
 copies policies and scenes to a folder, from which `aidsr evaluate` takes them. `--write-only` also writes tables of
@@ -34,7 +36,7 @@ from aidsr.core.errors import UserError
 from aidsr.core.provenance import commit, processor
 from aidsr.core.rates import Rate
 from aidsr.learn.rl.evaluation import VERDICT_EPISODES
-from aidsr.learn.rl.recipe import Recipe
+from aidsr.learn.rl.recipe import PROTOCOLS, Protocol
 from aidsr.learn.rl.training import BUDGET_STEPS
 from aidsr.learn.rl.training_folder import TrainingFolder
 from aidsr.runs.files import replace_file
@@ -44,7 +46,7 @@ from aidsr.studies.pool import LocalPool
 from aidsr.studies.runner import Progress, run_study
 from aidsr.studies.study import Arm, Cell, Study, StudyPlan, create_study, versions_now
 from aidsr.studies.tables import PAPER, sample_in_words
-from aidsr.tasks import BENCHMARK_VERSION, TASKS_IN_SAMPLE, load_task
+from aidsr.tasks import BENCHMARK_VERSION, TASKS, TASKS_IN_SAMPLE, TASKS_OUT_OF_SAMPLE, load_task
 
 HOME = Path(__file__).parent
 _OUT = f"results-version{BENCHMARK_VERSION}"
@@ -53,8 +55,8 @@ _FIRST_OUT = "results"
 _SHARES = (0.5, 0.8, 0.95)
 """Of episodes won: the first is the paper's binary rate, the others tell a reliable policy from a lucky one."""
 _PUBLISHED = ("config.json", "scene.xml", "normalisation.json", "training.json", "evaluation.json")
-_RECIPE = Recipe().model_dump(mode="json")
-"""What policies are trained with today."""
+_PROTOCOL: Protocol = "best"
+"""What policies are trained by today."""
 
 
 class Row(Artifact):
@@ -93,6 +95,8 @@ class Row(Artifact):
     """How many held-out episodes ended in which way."""
     best_progress: float | None = None
     """Mean of the furthest that each held-out episode came."""
+    kept_perturbed: dict[str, float] = Field(default_factory=dict)
+    """Share of the successes kept in each kind of perturbed scene; empty where the policy is not successful."""
     failed_checks: dict[str, str] = Field(default_factory=dict)
     """Checks of plausibility that failed, with what they say."""
 
@@ -101,8 +105,8 @@ def main() -> None:
     """Do what is left of the study, writing its table as it goes."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--folder", type=Path, help="of the study; build/builtin-STEPS unless named")
-    parser.add_argument("--tasks", nargs="+", default=list(TASKS_IN_SAMPLE), help="all unless named")
-    parser.add_argument("--designs", type=int, default=5, help="of each task")
+    parser.add_argument("--tasks", nargs="+", default=list(TASKS), help="all unless named")
+    parser.add_argument("--designs", type=int, default=3, help="of each task")
     parser.add_argument("--steps", type=int, default=BUDGET_STEPS, help="control steps a policy, at most")
     parser.add_argument("--jobs", type=int, default=2, help="side by side, one core each")
     parser.add_argument("--seeds", type=int, default=1, help="policies of each design")
@@ -119,7 +123,9 @@ def main() -> None:
         runs=asked.designs,
         seeds=asked.seeds,
         steps=asked.steps,
+        protocol=_PROTOCOL,
         probe=False,
+        perturbed=True,
         versions=versions_now(),
     )
     published = kept(HOME / f"{asked.out}.jsonl", plan)
@@ -140,12 +146,20 @@ def main() -> None:
 
 
 def _write_earlier(out: str) -> bool:
-    """Write the table of outcomes of an earlier version of the benchmark; return whether they are of one."""
+    """Write the table of outcomes of an earlier version or another protocol; return whether they are of one."""
     rows = read_rows(HOME / f"{out}.jsonl")
-    if not rows or rows[0].benchmark_version == BENCHMARK_VERSION:
+    if not rows or _is_todays(plan := plan_of(rows)):
         return False
-    replace_file(HOME / f"{out}.md", table(plan_of(rows), rows, out).encode())
+    replace_file(HOME / f"{out}.md", table(plan, rows, out).encode())
     return True
+
+
+def _is_todays(plan: StudyPlan) -> bool:
+    return (plan.benchmark_version, plan.protocol) == (BENCHMARK_VERSION, _PROTOCOL)
+
+
+def _recipe(protocol: Protocol) -> dict[str, Any]:
+    return PROTOCOLS[protocol].model_dump(mode="json")
 
 
 def plan_of(rows: Sequence[Row]) -> StudyPlan:
@@ -158,6 +172,8 @@ def plan_of(rows: Sequence[Row]) -> StudyPlan:
         runs=max(row.design for row in rows),
         seeds=1 + max(row.policy_seed for row in rows),
         steps=steps,
+        protocol="best" if all(row.recipe == _recipe("best") for row in rows) else "paper",
+        perturbed=any(row.kept_perturbed for row in rows),
         benchmark_version=version,
     )
 
@@ -227,13 +243,14 @@ def merged(study: Study, published: Sequence[Row]) -> list[Row]:
 
 def _fitting(row: Row, plan: StudyPlan, where: Path) -> Row:
     conditions = (row.benchmark_version, row.level, row.most_steps, row.recipe)
-    asked = conditions == (plan.benchmark_version, plan.level, plan.steps, _RECIPE)
+    recipe = _recipe(plan.protocol)
+    asked = conditions == (plan.benchmark_version, plan.level, plan.steps, recipe)
     if not asked or row.task not in plan.tasks or row.design > plan.runs or row.policy_seed >= plan.seeds:
         raise UserError(
             f"{where} holds design {row.design} of {row.task} with version {row.benchmark_version} of the "
             f"benchmark, level {row.level}, {row.most_steps:,} steps, recipe {row.recipe}; the table asked for has no "
             f"place for it: version {plan.benchmark_version}, level {plan.level}, {plan.steps:,} steps, recipe "
-            f"{_RECIPE}, {plan.runs} designs of {len(plan.tasks)} tasks. Name another file with --out, another folder "
+            f"{recipe}, {plan.runs} designs of {len(plan.tasks)} tasks. Name another file with --out, another folder "
             "with --folder"
         )
     return row
@@ -267,7 +284,7 @@ def _untrained(facts: dict[str, Any], plan: StudyPlan) -> Row:
         training_s=0.0,
         benchmark_version=plan.benchmark_version,
         most_steps=plan.steps,
-        recipe=_RECIPE,
+        recipe=_recipe(plan.protocol),
         mujoco=plan.versions["mujoco"],
         commit=commit(),
         processor=processor(),
@@ -298,6 +315,7 @@ def _trained(facts: dict[str, Any], home: TrainingFolder) -> Row:
         policy_sha256=evaluation.policy_sha256,
         episodes=Counter(each.ended for each in evaluation.episodes),
         best_progress=fmean(each.best_progress for each in evaluation.episodes),
+        kept_perturbed={each.kind: share for each in evaluation.perturbed if (share := each.kept_share) is not None},
         failed_checks={each.name: each.message for each in evaluation.checks if not each.passed},
     )
 
@@ -312,7 +330,8 @@ def table(plan: StudyPlan, rows: Sequence[Row], out: str = _OUT) -> str:
         "",
         f"Made by `{_command(plan, out)}` with MuJoCo {mujoco}, version {plan.benchmark_version} of the benchmark, "
         f"level {plan.level}, {'one seed' if plan.seeds == 1 else f'{plan.seeds} policies a design'}, "
-        f"at most {plan.steps:,} control steps a policy; the benchmark's budget is {BUDGET_STEPS:,}. "
+        f"at most {plan.steps:,} control steps a policy{_protocol_in_words(plan)}; "
+        f"the benchmark's budget is {BUDGET_STEPS:,}. "
         f"A policy is judged on {' or '.join(map(str, counts))} held-out episodes.{_made_with(rows)}",
         "",
         f"{sample_in_words(plan.tasks)}{_earlier(plan)}",
@@ -323,17 +342,45 @@ def table(plan: StudyPlan, rows: Sequence[Row], out: str = _OUT) -> str:
         "with at least 80 and 95 %. Intervals: Wilson, 95 %. *Episodes won* counts those of invalid policies as lost; "
         "*progress* is the mean of the furthest that each held-out episode came, of valid and invalid policies alike. "
         "Progress and steps are means over the policies that were trained; time is their median wall time, longer "
-        "where other work ran beside.",
+        f"where other work ran beside.{_PERTURBED * plan.perturbed}",
         "",
-        "| task | ended | valid | successful | 80 % | 95 % | episodes won | progress | control steps "
-        "| training, wall s | families |",
-        "|---|---|---|---|---|---|---|---|---|---|---|",
-        *(_line(task, [row for row in rows if row.task == task], plan.runs) for task in plan.tasks),
-        _line("**all**", rows, _planned(plan)),
+        _head(plan),
+        "|---" * _head(plan).count(" |") + "|",
+        *(_line(task, rows, (task,), plan) for task in plan.tasks),
+        *_subtotals(rows, plan),
+        _line("**all**", rows, plan.tasks, plan),
         "",
         _comparison(rows, plan),
     ]
     return "\n".join(lines) + "\n"
+
+
+_PERTURBED = (
+    " *Perturbed, kept* is of successful policies alone: the share of their successes that they keep in the same "
+    "variations with parameters, delay and cable friction off (docs/learning.md), mean over kinds and policies."
+)
+
+
+def _head(plan: StudyPlan) -> str:
+    kept = "| perturbed, kept " * plan.perturbed
+    return (
+        f"| task | ended | valid | successful | 80 % | 95 % | episodes won {kept}| progress | control steps "
+        "| training, wall s | families |"
+    )
+
+
+def _subtotals(rows: Sequence[Row], plan: StudyPlan) -> list[str]:
+    """Return a line for the tasks in sample and one for those out of sample, where a table has both."""
+    samples = {
+        "**in sample**": [task for task in plan.tasks if task not in TASKS_OUT_OF_SAMPLE],
+        "**out of sample**": [task for task in plan.tasks if task in TASKS_OUT_OF_SAMPLE],
+    }
+    return [_line(name, rows, tasks, plan) for name, tasks in samples.items()] if all(samples.values()) else []
+
+
+def _protocol_in_words(plan: StudyPlan) -> str:
+    """Return the protocol; version 3 and before knew only one."""
+    return f" by protocol `{plan.protocol}`" if plan.benchmark_version == BENCHMARK_VERSION else ""
 
 
 def _made_with(rows: Sequence[Row]) -> str:
@@ -346,7 +393,12 @@ def _made_with(rows: Sequence[Row]) -> str:
 
 def _earlier(plan: StudyPlan) -> str:
     if plan.benchmark_version == BENCHMARK_VERSION:
-        return ""
+        if plan.protocol == _PROTOCOL:
+            return ""
+        return (
+            f" These policies were trained by protocol `{plan.protocol}`; the command trains by `{_PROTOCOL}` today, "
+            "and figures of the two do not mix."
+        )
     return (
         f" These are results of version {plan.benchmark_version} of the benchmark, which did not ask whether cables "
         f"and a soft body do the work; today's is version {BENCHMARK_VERSION}, and its figures are not comparable."
@@ -372,14 +424,16 @@ def _planned(plan: StudyPlan) -> int:
 
 
 def _command(plan: StudyPlan, out: str) -> str:
-    tasks = "" if plan.tasks == TASKS_IN_SAMPLE else f" --tasks {' '.join(plan.tasks)}"
+    every = tuple(TASKS) if plan.benchmark_version == BENCHMARK_VERSION else TASKS_IN_SAMPLE
+    tasks = "" if plan.tasks == every else f" --tasks {' '.join(plan.tasks)}"
     seeds = "" if plan.seeds == 1 else f" --seeds {plan.seeds}"
     named = "" if out in (_OUT, _FIRST_OUT) else f" --out {out}"
     return f"python benchmarks/builtin/table.py --designs {plan.runs} --steps {plan.steps}{seeds}{tasks}{named}"
 
 
-def _line(name: str, rows: Sequence[Row], planned: int) -> str:
-    measured, designs = [""] * 9, _designs(rows)
+def _line(name: str, every: Sequence[Row], tasks: Sequence[str], plan: StudyPlan) -> str:
+    rows = [row for row in every if row.task in tasks]
+    measured, designs = [""] * (9 + plan.perturbed), _designs(rows)
     if rows:
         trained = [row for row in rows if row.best_progress is not None]
         reached = [_most(designs, least) for least in _SHARES]
@@ -388,12 +442,19 @@ def _line(name: str, rows: Sequence[Row], planned: int) -> str:
             _rate(reached[0], len(designs)),
             *(f"{count} of {len(designs)}" for count in reached[1:]),
             f"{fmean(row.success_share for row in rows):.0%}",
+            *[_kept(rows)] * plan.perturbed,
             f"{fmean(row.best_progress or 0.0 for row in trained):.2f}" if trained else "",
             f"{fmean(row.steps for row in trained):,.0f}" if trained else "",
             f"{median(row.training_s for row in trained):.0f}" if trained else "",
             ", ".join(dict.fromkeys(row.family for row in rows)),
         ]
-    return "| " + " | ".join([name, f"{len(designs)} of {planned}", *measured]) + " |"
+    return "| " + " | ".join([name, f"{len(designs)} of {len(tasks) * plan.runs}", *measured]) + " |"
+
+
+def _kept(rows: Sequence[Row]) -> str:
+    """Return the mean share of success kept by policies that were played in perturbed scenes, empty where none was."""
+    kept = [fmean(row.kept_perturbed.values()) for row in rows if row.kept_perturbed]
+    return f"{fmean(kept):.0%}" if kept else ""
 
 
 def _rate(hits: int, of: int) -> str:

@@ -280,7 +280,7 @@ def evaluate(
     split: Split = "held_out",
     threads: int = 0,
     videos: bool = True,
-    perturbed: bool = False,
+    perturbed: bool | Literal["successful"] = False,
     listen: Callable[[EvaluationPoint], None] = lambda _point: None,
 ) -> Evaluation:
     """Evaluate a trained policy on variations of its task that it never saw. Needs the extra "rl".
@@ -300,6 +300,7 @@ def evaluate(
         videos: Whether the best and the median episode are drawn, where there is OpenGL.
         perturbed: Whether to play the same variations again with parameters of the model off by up to 20 %, with late
             actions and with friction of cables: `Evaluation.perturbed`. The verdict stays the same.
+            "successful" does so only where the verdict is success.
         listen: Called with how far the episodes have come, after every control step.
 
     Raises:

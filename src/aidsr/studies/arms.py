@@ -59,6 +59,7 @@ def make_plan(
     seeds: int,
     steps: int,
     probe: bool,
+    protocol: Literal["paper", "best"] = "best",
 ) -> StudyPlan:
     """Return the plan of a study; see `StudyPlan` and `make_arms` for what the arguments mean.
 
@@ -75,6 +76,7 @@ def make_plan(
         seeds: Policies trained for each approved design.
         steps: Control steps a policy.
         probe: Whether each approved design is probed as well.
+        protocol: How policies are trained.
 
     Raises:
         UserError: Something is not known or does not fit together.
@@ -97,6 +99,7 @@ def make_plan(
             runs=designs // concepts,
             seeds=seeds,
             steps=steps,
+            protocol=protocol,
             probe=probe,
             versions=versions_now(),
         )

@@ -212,12 +212,13 @@ def _verify(study: Study, job: Job) -> None:
 
 
 def _train(study: Study, job: Job) -> None:
-    from aidsr.learn.rl.recipe import Recipe
+    from aidsr.learn.rl.recipe import recipe_of
 
     design, arm = _design_of(study, job), study.arm(job.cell.arm)
     robot = next(robot for it in design.leading_to() if (robot := it.robot.read()))
     scene = DesignedScene(design.final_scene.path, job.cell.task, study.plan.level, robot.actuator_groups, design.path)
-    folder, recipe = training_folder_of(design, job.seed), Recipe(from_probe=arm.from_probe)
+    folder = training_folder_of(design, job.seed)
+    recipe = recipe_of(study.plan.protocol, from_probe=arm.from_probe)
     train_policy(
         scene,
         folder.parent,
@@ -228,7 +229,7 @@ def _train(study: Study, job: Job) -> None:
         recipe=recipe,
         threads=1,
     )
-    evaluate(folder, threads=1)
+    evaluate(folder, threads=1, perturbed="successful" if study.plan.perturbed else False)
 
 
 def _probe(study: Study, job: Job) -> None:

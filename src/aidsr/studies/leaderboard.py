@@ -22,11 +22,12 @@ class Conditions(Artifact):
     tasks: tuple[str, ...]
     seeds: int
     steps: int
+    protocol: str
 
     @property
     def in_words(self) -> str:
         """The conditions as a heading."""
-        tasks, trained = counted(len(self.tasks), "task"), format_training(self.seeds, self.steps)
+        tasks, trained = counted(len(self.tasks), "task"), format_training(self.seeds, self.steps, self.protocol)
         return f"Benchmark version {self.benchmark_version}, level {self.level}, {tasks}, {trained}"
 
 
@@ -73,6 +74,7 @@ def _conditions(submission: Submission) -> Conditions:
         tasks=tuple(sorted(plan.tasks)),
         seeds=plan.seeds,
         steps=plan.steps if plan.seeds else 0,
+        protocol=plan.protocol if plan.seeds else "",
     )
 
 

@@ -148,7 +148,7 @@ def _standing(study: Study, rows: Sequence[DesignRow]) -> str:
     plan = study.plan
     return (
         f"{counted(len(plan.tasks), 'task')}, level {plan.level}, benchmark version {plan.benchmark_version}; "
-        f"{format_training(plan.seeds, plan.steps)}. "
+        f"{format_training(plan.seeds, plan.steps, plan.protocol)}. "
         f"{_reached(study, line_of('all', rows))}{resumed_in_words(rows)}"
     )
 
@@ -176,9 +176,11 @@ def counted(number: int, of: str) -> str:
     return f"{number} {of if number == 1 else of.removesuffix('y') + 'ies' if of.endswith('y') else of + 's'}"
 
 
-def format_training(seeds: int, steps: int) -> str:
-    """Return how designs are trained: so many policies each, and their budget."""
-    return f"{counted(seeds, 'policy')} a design, at most {steps:,} control steps" if seeds else "not trained"
+def format_training(seeds: int, steps: int, protocol: str) -> str:
+    """Return how designs are trained: so many policies each, their budget, and the protocol."""
+    if not seeds:
+        return "not trained"
+    return f"{counted(seeds, 'policy')} a design, at most {steps:,} control steps, protocol {protocol}"
 
 
 def _change(found: Difference) -> str:

@@ -86,8 +86,12 @@ class StudyPlan(Artifact):
     """Policies trained for each approved design; 0 trains none."""
     steps: Annotated[int, Field(ge=1)] = 300_000
     """Control steps a policy. Source: docs/tasks.md, budget v1."""
+    protocol: Literal["paper", "best"] = "paper"
+    """How policies are trained, see `aidsr.learn.rl.PROTOCOLS`. Plans of before it was kept were trained by "paper"."""
     probe: bool = True
     """Whether each approved design is also probed without learning."""
+    perturbed: bool = False
+    """Whether successful policies are also played in perturbed scenes."""
     benchmark_version: int = BENCHMARK_VERSION
     versions: dict[str, str] = Field(default_factory=dict)
 
@@ -102,6 +106,8 @@ class StudyPlan(Artifact):
         for number, arm in enumerate(self.arms):
             if arm.after and arm.after not in names[:number]:
                 raise ValueError(f'{arm.name} continues the designs of "{arm.after}", which must come before it')
+            if arm.from_probe and self.protocol != "paper":
+                raise ValueError(f'{arm.name} starts policies from the probe, for protocol "paper" alone; choose that')
         return self
 
 

@@ -70,6 +70,10 @@ class PlanOptions:
         Parameter(validator=Number(gte=0, lte=100), help="Policies trained for each approved design; 0 trains none."),
     ] = 1
     steps: Annotated[int, Parameter(validator=Number(gte=1), help="Budget of control steps a policy.")] = 300_000
+    protocol: Annotated[
+        Literal["best", "paper"],
+        Parameter(help='"best" is soft actor-critic on held actions; "paper" is PPO, for comparison.'),
+    ] = "best"
     probe: Annotated[bool, Parameter(help="Also probe each approved design without learning.")] = True
 
     @property
@@ -103,5 +107,6 @@ class PlanOptions:
             concepts=self.concepts,
             seeds=self.seeds,
             steps=self.steps,
+            protocol=self.protocol,
             probe=self.probe,
         )

@@ -282,7 +282,7 @@ def _asks(plan: StudyPlan) -> str:
 
     return (
         f"{counted(len(plan.tasks), 'task')} at the {plan.level} level, {counted(len(plan.arms), 'arm')}, "
-        f"{counted(plan.runs, 'run')} of each; {format_training(plan.seeds, plan.steps)}."
+        f"{counted(plan.runs, 'run')} of each; {format_training(plan.seeds, plan.steps, plan.protocol)}."
     )
 
 

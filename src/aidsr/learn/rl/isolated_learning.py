@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Literal
 
 from aidsr.core.artifacts import ActuatorGroup, Evaluation, Placement, Robot
 from aidsr.learn.episodes.actions import Grouping
@@ -129,7 +130,7 @@ def run_evaluation(
     split: Split,
     threads: int,
     videos: bool,
-    perturbed: bool,
+    perturbed: bool | Literal["successful"],
     listen: Callable[[EvaluationPoint], None],
 ) -> Evaluation:
     """Evaluate a finished training, see `aidsr.learn.rl.trained.evaluate_training`."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Self
+from typing import Literal, Self
 
 from aidsr.core.artifacts import Evaluation
 from aidsr.core.errors import UserError
@@ -110,7 +110,7 @@ def evaluate_training(
     split: Split = "held_out",
     threads: int = 0,
     videos: bool = True,
-    perturbed: bool = False,
+    perturbed: bool | Literal["successful"] = False,
     listen: Callable[[EvaluationPoint], None] = lambda _point: None,
 ) -> Evaluation:
     """Evaluate a finished training; verdict, curve, two motions and films go into its folder.
@@ -125,7 +125,8 @@ def evaluate_training(
         split: Another split of the variations.
         threads: Native threads; 0 takes all processors.
         videos: Whether the best and the median episode are drawn, where there is OpenGL.
-        perturbed: Whether to play the same variations with each kind of perturbation as well.
+        perturbed: Whether to play the same variations with each kind of perturbation as well;
+            "successful" only where the verdict is success.
         listen: Called after every control step of its episodes.
 
     Raises:
@@ -145,7 +146,7 @@ def evaluate_training(
             split=split,
             listen=listen,
         )
-        if perturbed:
+        if evaluation.successful if perturbed == "successful" else perturbed:
             robustness = perturbed_episodes(
                 scene,
                 training.policy,
