@@ -163,8 +163,14 @@ def _recipe(protocol: Protocol) -> dict[str, Any]:
 
 
 def plan_of(rows: Sequence[Row]) -> StudyPlan:
-    """Return the plan that rows follow, all of one version."""
-    ((version, level, steps),) = {(row.benchmark_version, row.level, row.most_steps) for row in rows}
+    """Return the plan that rows follow.
+
+    Raises:
+        ValueError: They are not all of one version, level, budget and protocol.
+    """
+    ((version, level, steps, protocol),) = {
+        (row.benchmark_version, row.level, row.most_steps, _protocol_of(row)) for row in rows
+    }
     return StudyPlan(
         tasks=tuple(dict.fromkeys(row.task for row in rows)),
         level=level,
@@ -172,10 +178,16 @@ def plan_of(rows: Sequence[Row]) -> StudyPlan:
         runs=max(row.design for row in rows),
         seeds=1 + max(row.policy_seed for row in rows),
         steps=steps,
-        protocol="best" if all(row.recipe == _recipe("best") for row in rows) else "paper",
+        protocol=protocol,
         perturbed=any(row.kept_perturbed for row in rows),
         benchmark_version=version,
     )
+
+
+def _protocol_of(row: Row) -> Protocol:
+    """Return the protocol that a policy was trained by, whatever its recipe was in detail."""
+    algorithm = (row.recipe or {}).get("algorithm", "ppo")
+    return next(name for name, recipe in PROTOCOLS.items() if recipe.algorithm == algorithm)
 
 
 def publish(study: Study, folder: Path) -> None:

@@ -12,11 +12,11 @@ import pytest
 from aidsr.core.artifacts import EpisodeResult, Evaluation, PlausibilityCheck
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
-from aidsr.learn.rl.recipe import Recipe
+from aidsr.learn.rl.recipe import PROTOCOLS, Recipe
 from aidsr.studies.outcomes import DesignRow
 from aidsr.studies.study import Arm, StudyPlan, create_study
 from aidsr.studies.tables import IN_SAMPLE
-from aidsr.tasks import BENCHMARK_VERSION
+from aidsr.tasks import BENCHMARK_VERSION, TASKS_OUT_OF_SAMPLE
 
 PATH = Path(__file__).parents[2] / "benchmarks" / "builtin" / "table.py"
 TASKS = ("reaching/button_pushing", "locomotion/gap")
@@ -183,3 +183,33 @@ def test_what_a_table_has_no_place_for_is_not_overwritten(program, study, tmp_pa
     path = written(tmp_path / "some.jsonl", outcome(program, **changed))
     with pytest.raises(UserError, match="has no place for it: version"):
         program.kept(path, study.plan)
+
+
+BEST = PROTOCOLS["best"].model_dump(mode="json")
+
+
+@pytest.mark.parametrize(
+    ("recipe", "protocol"), [(BEST, "best"), (BEST | {"updates": 4}, "best"), (None, "paper"), ({"epochs": 3}, "paper")]
+)
+def test_the_protocol_of_rows_is_told_also_where_its_recipe_was_another_then(program, recipe, protocol):
+    assert program.plan_of([outcome(program, recipe=recipe)]).protocol == protocol
+
+
+def test_rows_of_two_protocols_are_no_table(program):
+    with pytest.raises(ValueError, match="too many values"):
+        program.plan_of([outcome(program, recipe=BEST), outcome(program, design=3, recipe=None)])
+
+
+def test_tasks_in_and_out_of_sample_have_a_line_each_and_perturbed_success_a_column(program):
+    new = TASKS_OUT_OF_SAMPLE[0]
+    rows = [
+        outcome(program, recipe=BEST, design=1, kept_perturbed={"delay": 0.8, "stiffness": 1.0}),
+        outcome(program, recipe=BEST, design=1, task=new, successful=False, success_share=0.1),
+    ]
+    page = program.table(program.plan_of(rows), rows)
+    head, *lines = [line for line in page.splitlines() if line.startswith("|")]
+    cells = {line.split(" | ")[0].strip("| "): line.split(" | ") for line in lines[1:]}
+    kept = head.split(" | ").index("perturbed, kept")
+    assert [cells[name][kept] for name in (TASKS[0], new, "**in sample**", "**all**")] == ["90%", "", "90%", "90%"]
+    assert cells["**in sample**"][3].startswith("1 of 1 ")
+    assert cells["**out of sample**"][3].startswith("0 of 1 ")
