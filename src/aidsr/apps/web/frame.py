@@ -60,7 +60,7 @@ def _at_work(tasks: tuple[Task, ...]) -> None:
     """Count what is at work; a browser shows what waits for a person in the page's title and icon (web.js)."""
     awaited = [task for task in tasks if task.waits]
     waiting = len(awaited)
-    said = f"{waiting} {'waits' if waiting == 1 else 'wait'} for you" if waiting else "At work"
+    said = "At work" + (f": {waiting} {'waits' if waiting == 1 else 'wait'} for you" if waiting else "")
     link = ui.link(said, "/work").classes("work-link")
     link.props["data-awaited"] = str(waiting)
     if awaited:
