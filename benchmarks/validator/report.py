@@ -248,7 +248,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--split", action="append", choices=list(PLANS), help="default: tuning and held out")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--kept", type=Path, default=Path("build/validator"), help="where made corpora are kept")
-    parser.add_argument("--out", type=Path, default=_HERE, help="folder of results.md and results.json")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=_HERE,
+        help="folder of results.md and results.json, with the splits in their names where some are named",
+    )
     parser.add_argument("--code", help="only robots with this fault, and nothing is written")
     options = parser.parse_args(arguments)
     mujoco.set_mju_user_warning(lambda _message: None)
@@ -267,9 +272,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         return
     named = "" if options.split is None else "".join(f" --split '{split}'" for split in splits)
     command = f"python -m benchmarks.validator.report{named}" if named else "make corpus-report"
-    options.out.joinpath("results.md").write_text(text.replace("COMMAND", command), "utf-8")
-    options.out.joinpath("results.json").write_text(json.dumps(figures, indent=1, default=str) + "\n", "utf-8")
-    _say(f"written to {options.out / 'results.md'}")
+    stem = "-".join(["results", *(split.replace(" ", "-") for split in options.split or [])])
+    text = text.replace("COMMAND", command).replace("`results.json`", f"`{stem}.json`")
+    options.out.joinpath(f"{stem}.md").write_text(text, "utf-8")
+    options.out.joinpath(f"{stem}.json").write_text(json.dumps(figures, indent=1, default=str) + "\n", "utf-8")
+    _say(f"written to {options.out / stem}.md")
 
 
 def _say_misses(verdicts: Sequence[Verdict]) -> None:
