@@ -51,15 +51,15 @@ def open_tab(page: Page, name: str) -> None:
 
 
 def choose(page: Page, field: str, option: str) -> None:
-    """Choose an option of a field; a menu that was opened while the page was busy may have closed again."""
+    """Choose an option of a field; a menu opened while the page is busy may close again, also under the click."""
     wanted = page.get_by_role("option", name=option)
     for _ in range(10):
         page.get_by_label(field, exact=True).click()
         try:
             wanted.wait_for(timeout=10_000)
+            wanted.click(timeout=10_000)
         except PlaywrightTimeout:
             continue
-        wanted.click()
         return
     pytest.fail(f"{field} has no option {option}")
 
