@@ -11,6 +11,7 @@ from playwright.sync_api import expect
 from robots import arm, gripper
 
 from aidsr.apps.web.site import Site
+from aidsr.core.directory_lock import DirectoryLock
 from aidsr.runs import EventLog
 from aidsr.runs.events import StepStarted
 from aidsr.runs.files import replace_file
@@ -42,6 +43,35 @@ def test_what_is_at_work_and_what_waits_stands_in_one_place(runs: Path, server: 
         replace_file(run.design(1).outcome.path, b'{"outcome": "quit", "reason": "given up", "iteration": 2}')
         expect(page).to_have_title("At work · AID-SR")
         expect(rows_shown).to_have_count(1)
+
+
+def test_a_training_from_a_terminal_is_at_work_and_says_that_it_is_evaluated(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    folder = run.design(1).path / "training" / "001"
+    replace_file(folder / "config.json", b'{"steps": 4000, "seed": 7}')
+    rows = "steps,wall_s,episodes,success_share,progress,reward,diverged,steps_per_s\n1000,9,4,0.5,0.7,2.0,0,100\n"
+    replace_file(folder / "curve.csv", rows.encode())
+    address = f"/run/{run.name}/1?tab=training"
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(address))
+        state = page.get_by_role("article").locator(".badge")
+        expect(state).to_have_text("stopped")
+        lock = DirectoryLock(folder)  # as `aidsr train` holds it
+        expect(state).to_have_text("running")
+        expect(page.get_by_text("Started in a terminal")).to_be_visible()
+        expect(page.get_by_role("button", name="Start training")).to_have_count(0)
+        page.goto(server.address("/work"))
+        row = page.locator("table.work tbody tr")
+        expect(row).to_contain_text("1,000 of 4,000 steps")
+        expect(row.get_by_role("button", name="Stop")).to_have_count(0)
+        replace_file(folder / "training.json", b'{"steps": 4000}')
+        expect(row).to_contain_text("the policy is judged")
+        page.goto(server.address(address))
+        expect(state).to_have_text("evaluating")
+        lock.release()
+        expect(state).to_have_text("not judged")
+        expect(page.get_by_role("button", name="Start training")).to_be_visible()
 
 
 def test_a_run_at_work_says_how_long_it_takes_as_those_before(runs: Path, server: Server) -> None:
