@@ -94,6 +94,18 @@ _BUILDING = ("scope", "realizability")
 """Layers whose faults say what cannot be built of cables, winches and printed limbs."""
 
 
+def retest_faults(retest: Retest) -> tuple[tuple[Fault, ...], tuple[Fault, ...]]:
+    """Return the faults of how a robot as built moves, and those on building it, as severe as the verdict has them.
+
+    A robot may move well and yet be hard to build: a cable that is pulled harder than a rule of thumb allows is a
+    warning where the export names a winch that pulls so hard.
+    """
+    building = tuple(
+        _as_reported(fault) for fault in retest.faults if fault.severity == "error" and fault.layer in _BUILDING
+    )
+    return tuple(_unsound(retest.faults)), building
+
+
 def _unsound(faults: tuple[Fault, ...]) -> list[Fault]:
     """Errors in how a robot moves, which do not bear on whether it can be built."""
     return [fault for fault in faults if fault.severity == "error" and fault.layer not in _BUILDING]

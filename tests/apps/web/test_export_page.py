@@ -13,7 +13,8 @@ from test_pages import press, shown, visiting, visitor
 from aidsr.apps.web.export_page import State, draw_export, read_export
 from aidsr.apps.web.export_result import letters
 from aidsr.apps.web.site import Site
-from aidsr.fabrication.schema import PartEntry
+from aidsr.core.artifacts import Fault
+from aidsr.fabrication.schema import PartEntry, Verdict
 from aidsr.runs import DesignFolder, Run
 
 
@@ -43,6 +44,24 @@ async def test_an_export_shows_verdict_parts_and_changes(user: User, site: Site)
     assert f"/sheet/{run.path.name}/1" in page
     for element in user.client.elements.values():
         assert "<script" not in str(element.props.get("innerHTML", ""))
+
+
+@visiting
+async def test_a_retest_tells_what_bears_on_motion_from_what_bears_on_building(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=1)
+    folder = made_export(run.design(1))
+    verdict = Verdict.model_validate_json((folder / "verdict.json").read_bytes())
+    assert verdict.retest is not None
+    pulled = Fault(code="actuator_overforce", layer="realizability", severity="error", names=("pull",), measured=34.2,
+                   limit=30, unit="N", message="a cable is pulled hard")  # fmt: skip
+    retest = verdict.retest.model_copy(update={"faults": (pulled,)})
+    (folder / "verdict.json").write_text(verdict.model_copy(update={"retest": retest}).model_dump_json())
+    await user.open(f"/run/{run.path.name}/1/export")
+    await user.should_see("moves stably")
+    await user.should_see("About building it, not about how it moves:")
+    await user.should_see("actuator overforce")
+    faults = [each for each in user.client.elements.values() if "fault" in each.classes]
+    assert [("warning" in each.classes, "error" in each.classes) for each in faults] == [(True, False)]
 
 
 @visiting

@@ -80,6 +80,8 @@ class _Wanted:
     by: str = "started"
     falling: bool = True
     picked: tuple[str, ...] = ()
+    refused: bool = False
+    """Whether the last pick was one too many."""
 
 
 def add_designs_page(site: Site) -> None:
@@ -101,9 +103,11 @@ def designs_to_pick(site: Site, picked: tuple[str, ...] = ()) -> None:
             setattr(wanted, name, value)
 
     choices = ui.element("div").classes("form")
-    live(lambda: wanted.picked, lambda picked: _compare_bar(picked, act))
+    live(lambda: (wanted.picked, wanted.refused), lambda facts: _compare_bar(*facts, act))
     # what is wanted is part of what was read, so that a change of it redraws the table; picks do not
-    look = live(lambda: (_read(site), replace(wanted, picked=())), lambda facts: _draw(facts[0], wanted, act))
+    look = live(
+        lambda: (_read(site), replace(wanted, picked=(), refused=False)), lambda facts: _draw(facts[0], wanted, act)
+    )
 
     with choices:
         for name in _FILTERS:
@@ -236,9 +240,10 @@ def _heading(column: str, wanted: _Wanted, act: Callable[..., None]) -> None:
 def _cells(row: DesignRow, wanted: _Wanted, act: Callable[..., None]) -> None:
     def pick(*, on: bool) -> None:
         others = tuple(one for one in wanted.picked if one != row.key)
-        if on and len(others) == MOST_COMPARED:
-            raise UserError(f"at most {MOST_COMPARED} designs can be compared; leave one out first")
-        act(picked=(*others, row.key) if on else others)
+        full = on and len(others) == MOST_COMPARED
+        if full:
+            check.value = False
+        act(picked=(*others, row.key) if on and not full else others, refused=full)
 
     with box(tag="td"):
         check = ui.checkbox(value=row.key in wanted.picked)
@@ -260,14 +265,19 @@ def _cells(row: DesignRow, wanted: _Wanted, act: Callable[..., None]) -> None:
     text(row.started[:10], "line numbers", "td")
 
 
-def _compare_bar(picked: tuple[str, ...], act: Callable[..., None]) -> None:
+def _compare_bar(picked: tuple[str, ...], refused: bool, act: Callable[..., None]) -> None:  # as read
     def none() -> None:
-        act(picked=())
+        act(picked=(), refused=False)
         ui.navigate.reload()
 
     address = "/compare?" + urlencode([("design", key) for key in picked])
-    with box("notice row", role="status"):
-        text(f"{len(picked)} picked; pick 2 to {MOST_COMPARED} to compare them.", "grow")
+    told = f"{len(picked)} of {MOST_COMPARED} picked"
+    if refused:
+        told += "; leave one out before you pick another"
+    elif len(picked) < 2:
+        told += "; pick at least 2 to compare them"
+    with box(f"notice row {'wait' if refused else ''}", role="status"):
+        text(f"{told}.", "grow")
         if len(picked) > 1:
             button("Compare", partial(ui.navigate.to, address), "primary", "compare")
         if picked:

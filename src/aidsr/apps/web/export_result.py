@@ -11,6 +11,7 @@ from aidsr.apps.web.widgets import box, button, fact, fault_found, file_address,
 from aidsr.fabrication.materials import materials
 from aidsr.fabrication.printers import PRINTERS
 from aidsr.fabrication.schema import Change, PartEntry, Retest, Verdict
+from aidsr.fabrication.verdict import retest_faults
 from aidsr.runs import DesignFolder, Run
 
 _BADGES = {"buildable": "yes", "buildable with changes": "waiting", "not buildable": "no"}
@@ -154,16 +155,20 @@ def _retest(retest: Retest) -> None:
     with box("sheet stack", "section", aria_label="simulated as built"):
         text("Simulated as it will be built", tag="h2")
         with box("facts small"):
-            fact("stable", "yes" if retest.stable else "no")
+            fact("moves stably", "yes" if retest.stable else "no")
             fact("reach, built", f"{1000 * retest.reach_m:.0f} mm")
             fact("reach, designed", f"{1000 * retest.designed_reach_m:.0f} mm")
             if retest.success_share is not None:
                 fact("trained policy succeeds", f"{retest.success_share:.0%}")
             if retest.designed_success_share is not None:
                 fact("before", f"{retest.designed_success_share:.0%}")
-        for fault in retest.faults:
-            if fault.severity == "error":
-                fault_found(fault)
+        unstable, building = retest_faults(retest)
+        for fault in unstable:
+            fault_found(fault)
+        if building:
+            text("About building it, not about how it moves:", "label")
+        for fault in building:
+            fault_found(fault)
 
 
 def _changes(changes: tuple[Change, ...]) -> None:

@@ -44,6 +44,10 @@ class DesignView:
     valid: bool
     """By at least one of them."""
     successful: bool
+    held_out: tuple[int, int] | None
+    """Held-out episodes that its best policy won, and of how many; None where none was judged."""
+    warnings: int
+    """Of the validator, at the iteration it stands at."""
     since: str
     """When something last happened to it, ISO 8601; empty before the first event."""
 
@@ -244,6 +248,9 @@ def shortened(words: str) -> str:
 def _design(run: Run, design: DesignFolder, status: DesignStatus) -> DesignView:
     trainings = trainings_of(design)
     verdicts = [verdict for one in trainings if (verdict := one.evaluation.read()) is not None]
+    best = max(verdicts, key=lambda verdict: verdict.success_share, default=None)
+    stands = design.iteration(status.stands_at)
+    report = stands.scene_report.read() or stands.robot_report.read()
     newest_first = design.leading_to(status.stands_at)
     picture = newest(it.preview.path if it.preview.path.exists() else None for it in newest_first)
     motion = newest(it.motion.path if it.motion.path.exists() else None for it in newest_first)
@@ -256,6 +263,8 @@ def _design(run: Run, design: DesignFolder, status: DesignStatus) -> DesignView:
         trained=len(verdicts),
         valid=any(verdict.valid for verdict in verdicts),
         successful=any(verdict.successful for verdict in verdicts),
+        held_out=(sum(each.ended == "succeeded" for each in best.episodes), len(best.episodes)) if best else None,
+        warnings=len(report.warnings) if report else 0,
         since=_changed(design.events),
     )
 

@@ -198,8 +198,11 @@ def _draw_learning(training: Training, shown: _Learning) -> None:
         last = shown.curve[-1] if shown.curve else None
         success, progress = (last.success_share, last.progress) if last else (None, None)
         with box("facts"):
-            fact("steps", f"{min(last.steps, shown.steps) if last else 0:,} of {shown.steps:,}")
-            fact("success so far", "–" if success is None else f"{success:.0%}")
+            if shown.verdict:
+                won = sum(episode.ended == "succeeded" for episode in shown.verdict.episodes)
+                fact("held-out success", f"{won} of {len(shown.verdict.episodes)}")
+            fact("steps", _steps_in_words(last.steps if last else 0, shown.steps))
+            fact("success while learning", "–" if success is None else f"{success:.0%}")
             fact("progress", "–" if progress is None else f"{progress:.2f}")
             fact("speed", f"{last.steps_per_s:.0f} steps/s" if last else "–")
             fact("learned for", format_duration(last.wall_s) if last else "–")
@@ -210,6 +213,11 @@ def _draw_learning(training: Training, shown: _Learning) -> None:
         with box("row small"):
             text("━ success", "accent")
             text("━ progress", "wait")
+
+
+def _steps_in_words(done: int, asked: int) -> str:
+    """Return how many steps were made of those asked for; the last round is finished, so there may be more."""
+    return f"{done:,} of {asked:,}" if done <= asked else f"{done:,} (asked for: {asked:,})"
 
 
 def _draw_judged(site: Site, training: Training, stage: Stage, shown: _Judged) -> None:
@@ -239,9 +247,7 @@ def _play(site: Site, training: Training, stage: Stage, variation: int, pressed:
 
 def _verdict(verdict: Evaluation, play: Play | None) -> None:
     episodes = verdict.episodes
-    won = sum(episode.ended == "succeeded" for episode in episodes)
     with box("facts"):
-        fact("held-out success", f"{won} of {len(episodes)}")
         fact("best progress, mean", f"{sum(one.best_progress for one in episodes) / len(episodes):.2f}")
         fact("valid", "yes" if verdict.valid else "no")
         fact("successful", "yes" if verdict.successful else "no")
