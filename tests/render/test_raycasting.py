@@ -2,6 +2,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from aidsr.render import raycasting
 from aidsr.render.raycasting import RayCanvas
 
 BALL_AND_TENDON = """
@@ -55,6 +56,33 @@ def test_what_collides_with_nothing_is_seen_beyond_what_does() -> None:
     picture = picture_of(f'<mujoco><worldbody><body><geom size="0.02"/>{post}</body></worldbody></mujoco>')
     green = (picture[..., 1] > 60) & (picture[..., 0] < 20)
     assert np.ptp(np.nonzero(green)[1]) > 30
+
+
+@pytest.mark.parametrize("elevation", [-90, -50, -20, 10])
+def test_rays_meet_what_they_meet_one_by_one(elevation: float) -> None:
+    """Cast together, MuJoCo's rays lose the end of the post and the corner of the table, whose bodies are turned."""
+    top = '<geom size="0.2 0.2 0.015" pos="0 0 -0.015" type="box"/>'
+    leg = '<geom size="0.03 0.185" pos="0 0 -0.215" type="cylinder" mass="9"/>'
+    mount = '<geom size="0.02 0.006" pos="0 0 -0.006" type="cylinder" mass="0.05"/>'
+    post = '<geom size="0.007 0.108" pos="-0.019 -0.077 0.112" quat="0 1 0 0" type="capsule" mass="0.05"/>'
+    table, robot = f"<body>{top}{leg}</body>", f'<body pos="0 0 0.35" quat="0 1 0 0">{mount}{post}</body>'
+    model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{table}{robot}</worldbody></mujoco>")
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    camera = mujoco.MjvCamera()
+    camera.lookat[:], camera.azimuth, camera.elevation, camera.distance = (0, 0, 0.1), 70, elevation, 0.6
+    canvas, groups = raycasting.RayCanvas(model, 80, 60), np.ones(6, np.uint8)
+    canvas.draw(data, camera)
+    eye, number = raycasting._Eye(canvas._scene, 80 / 60), np.zeros(1, np.int32)
+    across, down = np.meshgrid((np.arange(80) + 0.5) / 80, (np.arange(60) + 0.5) / 60)
+    rays = eye.rays(across.ravel(), down.ravel())
+    one_by_one = []
+    for ray in rays:
+        mujoco.mj_ray(model, data, eye.position, ray, groups, True, -1, number)
+        one_by_one.append(int(number[0]))
+    together, _, _ = raycasting._Layer(canvas._model, data, np.zeros((model.ngeom, 3))).cast(eye.position, rays)
+    assert (np.array(one_by_one) >= 0).sum() > 100
+    assert together.tolist() == one_by_one
 
 
 @pytest.mark.parametrize("uniform", ["texuniform='true' texrepeat='5 5'", "texrepeat='4 4'"])

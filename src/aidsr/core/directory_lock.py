@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import os
+import time
 import weakref
 from pathlib import Path
 
 from aidsr.core.errors import UserError
 
-_FILE = ".in_use"
+LOCK_FILE = ".in_use"
+"""Empty; locked by the process that has taken the directory."""
+
+_GLANCES_S = (0.01, 0.05)
+"""Pauses before a directory counts as taken [s]: who looks whether a lock is held has it for an instant."""
 
 
 class DirectoryLock:
@@ -21,7 +26,7 @@ class DirectoryLock:
     """
 
     def __init__(self, directory: Path) -> None:
-        file = os.open(directory / _FILE, os.O_RDWR | os.O_CREAT, 0o644)
+        file = os.open(directory / LOCK_FILE, os.O_RDWR | os.O_CREAT, 0o644)
         if not _locked(file):
             os.close(file)
             raise UserError(f"{directory} is locked by another run; choose another directory, or wait")
@@ -35,10 +40,15 @@ def _locked(file: int) -> bool:
         import fcntl
     except ImportError:  # Windows
         return True
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    except OSError:  # a file system without locks
-        return True
-    return True
+    for pause_s in (*_GLANCES_S, None):
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if pause_s is None:
+                return False
+            time.sleep(pause_s)
+        except OSError:  # a file system without locks
+            return True
+        else:
+            return True
+    raise AssertionError("the last attempt returns")

@@ -6,6 +6,7 @@ shows what was designed. `aidsr.render.draw` chooses between this and OpenGL.
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Self
@@ -30,16 +31,16 @@ class RayCanvas:
     """A picture of a model, drawn as often as wanted; used like `aidsr.render.opengl.Canvas`.
 
     Args:
-        model: The compiled model; the bounds of its bodies are made large enough to hold all that is seen.
+        model: The compiled model.
         width: Columns [px].
         height: Rows [px].
     """
 
     def __init__(self, model: mujoco.MjModel, width: int, height: int) -> None:
-        self._model, self._width, self._height = model, width, height
-        self._scene = mujoco.MjvScene(model, maxgeom=_MAX_GEOMS)
+        self._model, self._width, self._height = copy.copy(model), width, height
+        self._scene = mujoco.MjvScene(self._model, maxgeom=_MAX_GEOMS)
         self._geom_colours = _geom_colours(model)
-        _widen_bounds(model)
+        _remove_bounds(self._model)
 
     def draw(self, data: mujoco.MjData, camera: mujoco.MjvCamera) -> NDArray[np.uint8]:
         """Return the model in a state with kinematics computed as RGB values, shape `(height, width, 3)`."""
@@ -145,19 +146,14 @@ def _texture_of_plane(model: mujoco.MjModel, plane: int, place: _Array) -> _Arra
     return rgb if channels >= 3 else rgb[:, :1].repeat(3, axis=1)
 
 
-def _widen_bounds(model: mujoco.MjModel) -> None:
-    """Let rays meet geoms that collide with nothing.
+def _remove_bounds(model: mujoco.MjModel) -> None:
+    """Let rays meet every geom, by bounds that hold all of space.
 
-    A body's bounds hold none of them, and `mj_multiRay` (3.17) passes over a body whose bounds a ray misses.
+    `mj_multiRay` (3.17) passes over a body whose bounds a ray misses. It puts these bounds where the body would be
+    without its rotation, and so loses the end of a post on a turned body; and they hold nothing that does not collide.
     """
-    visual = (model.geom_contype == 0) & (model.geom_conaffinity == 0)
-    for body in np.unique(model.geom_bodyid[visual]):
-        if model.body_bvhnum[body]:
-            geoms = np.flatnonzero((model.geom_bodyid == body) & (model.geom_rbound > 0))  # of a plane it is 0
-            furthest = np.linalg.norm(model.geom_pos[geoms], axis=1) + model.geom_rbound[geoms]
-            reach = furthest.max(initial=0.0) + np.linalg.norm(model.body_ipos[body])
-            bounds = model.bvh_aabb[model.body_bvhadr[body]]
-            bounds[3:] = np.maximum(bounds[3:], reach + np.abs(bounds[:3]))
+    for body in np.flatnonzero(model.body_bvhnum):
+        model.bvh_aabb[model.body_bvhadr[body], 3:] = np.inf
 
 
 class _Seen:

@@ -9,11 +9,13 @@ import csv
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from aidsr.core.artifacts import Artifact, Evaluation
+from aidsr.core.directory_lock import LOCK_FILE
 from aidsr.core.errors import UserError
 from aidsr.core.numbered import numbered_in
+from aidsr.runs.events import at_work
 from aidsr.runs.files import BytesFile, JsonFile, replace_file
 from aidsr.runs.folders import DesignFolder
 
@@ -62,6 +64,21 @@ class Training:
     def result(self) -> JsonFile[dict[str, Any]]:
         """How it ended; absent while it learns."""
         return JsonFile(self.path / "training.json", dict[str, Any])
+
+    @property
+    def stage(self) -> Literal["learning", "evaluating", "judged"]:
+        """What its files say comes next, or that it has its verdict; films may be drawn after that."""
+        if not self.result.path.exists():
+            return "learning"
+        return "judged" if self.evaluation.path.exists() else "evaluating"
+
+    @property
+    def at_work(self) -> bool:
+        """Whether a process of this machine learns, judges or films there, whoever started it.
+
+        False where the system cannot answer, as on Windows, and for the seconds between learning and judging.
+        """
+        return bool(at_work(self.path / LOCK_FILE))
 
     @property
     def resumed(self) -> int:

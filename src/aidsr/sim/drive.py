@@ -60,7 +60,7 @@ def read_drives(model: mujoco.MjModel, data: mujoco.MjData, structure: Structure
     low, high = _ends(model)
     probe = mujoco.MjData(model)
     probe.qpos[:] = data.qpos
-    forces = [_forces(model, probe, ctrl) for ctrl in (low, high)]
+    forces = [held_forces(model, probe, ctrl) for ctrl in (low, high)]
     neutral = neutral_ctrl(model, data)
     sums = {tendon.id for tendon in structure.tendons if not tendon.spatial}
     drives = []
@@ -133,8 +133,8 @@ def _ends(model: mujoco.MjModel) -> tuple[NDArray[np.float64], NDArray[np.float6
     return low, high
 
 
-def _forces(model: mujoco.MjModel, probe: mujoco.MjData, ctrl: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Force times gear of every actuator under a command held for long, (nactuator,)."""
+def held_forces(model: mujoco.MjModel, probe: mujoco.MjData, ctrl: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return force times gear of every actuator under a command held for long, (nactuator,); `probe` is changed."""
     probe.ctrl[:] = ctrl
     for actuator in range(model.nactuator):
         first, count = int(model.actuator_actadr[actuator]), int(model.actuator_actnum[actuator])

@@ -1,6 +1,8 @@
 """What a person who works with the page all day would stumble over, in a real browser."""
 
 import io
+import re
+import shutil
 from pathlib import Path
 
 import av
@@ -12,7 +14,7 @@ from playwright.sync_api import Response, expect
 from test_studies_panel import made_study
 
 from aidsr.apps.web.site import Site
-from aidsr.core.artifacts import PlausibilityCheck, ValidationReport
+from aidsr.core.artifacts import Fault, PlausibilityCheck, ValidationReport
 from aidsr.core.calls import CallRecord
 from aidsr.runs import EventLog
 from aidsr.runs.events import StepStarted
@@ -79,7 +81,8 @@ def test_quit_asks_first_and_an_error_stands_once_beside_its_button(runs: Path, 
         expect(panel.get_by_text("a refinement needs text")).to_have_count(1)
         panel.get_by_role("button", name="Close this message").click()
         expect(panel.get_by_text("a refinement needs text")).to_have_count(0)
-        panel.get_by_role("button", name="Quit").click()
+        panel.get_by_role("button", name="Quit this design").click()
+        expect(page.get_by_text("the other designs of the run go on")).to_be_visible()
         page.get_by_role("button", name="Keep it").click()
         assert not run.design(1).iteration(2).decision.path.exists()
         panel.get_by_role("button", name="Quit").click()
@@ -298,7 +301,7 @@ def test_a_run_with_a_question_to_a_person_waits_and_says_why_the_last_reply_cam
         expect(page.get_by_text("The reply was empty.").first).to_be_visible()
 
 
-def test_steps_are_never_more_than_asked_for(runs: Path, server: Server) -> None:
+def test_steps_beyond_those_asked_for_are_told_as_such(runs: Path, server: Server) -> None:
     run = made_run(runs, designs=1)
     folder = made_training(run.design(1), (True,))
     head = "steps,wall_s,episodes,success_share,progress,reward,diverged,steps_per_s\n"
@@ -306,7 +309,9 @@ def test_steps_are_never_more_than_asked_for(runs: Path, server: Server) -> None
     with browsing() as visitor:
         page = visitor.new_page()
         page.goto(server.address(f"/run/{run.name}/1?tab=training"))
-        expect(page.get_by_text("4,000 of 4,000")).to_be_visible()
+        expect(page.get_by_text("4,288 (asked for: 4,000)")).to_be_visible()
+        ticks = page.locator("svg.curve text:not([text-anchor=end][x='36'])")
+        expect(ticks).to_have_text(["0", "1 k", "2 k", "3 k", "4 k"])
 
 
 def test_lengths_are_in_mm_and_masses_in_g_wherever_a_robot_is_described(runs: Path, server: Server) -> None:
@@ -354,3 +359,67 @@ def test_what_an_interrupted_run_left_off_is_not_at_work(runs: Path, server: Ser
             expect(page.get_by_text("at work", exact=True)).to_have_count(0)
         page.goto(server.address("/designs"))
         expect(page.locator("table.designs .badge")).to_have_text("interrupted")
+
+
+def test_the_words_of_the_strip_are_whole_in_four_columns(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=4)
+    with browsing(viewport={"width": 1440, "height": 900}) as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{run.name}"))
+        expect(page.locator(".stage").filter(has_text="passed")).to_have_count(4)
+        tops = {round(place["y"]) for each in page.locator("article").all() if (place := each.bounding_box())}
+        assert len(tops) == 1, "four columns"
+        cut = page.evaluate("""[...document.querySelectorAll(".attempt")].filter((row) =>
+            row.scrollWidth > row.clientWidth || [...row.querySelectorAll(".stage")].some((one) =>
+                one.scrollWidth > one.clientWidth)).map((row) => row.innerText)""")
+        assert cut == []
+
+
+def test_held_out_success_comes_first_and_approval_says_its_warnings(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    made_training(run.design(1), [True] * 3 + [False])
+    warning = Fault(code="chatter", layer="simulate", severity="warning", names=(), measured=2.0, limit=1.0, unit="mm",
+                    message="the tip shakes")  # fmt: skip
+    report = ValidationReport(stable=True, faults=(warning, warning))
+    replace_file(run.design(1).iteration(2).scene_report.path, report.model_dump_json().encode())
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{run.name}"))
+        card = page.get_by_role("article")
+        expect(card.locator(".facts > div").first).to_have_text(re.compile("held-out success.*3 of 4", re.DOTALL))
+        expect(card.locator(".badge")).to_have_text("approved, 2 warnings")
+        page.goto(server.address(f"/run/{run.name}/1?tab=training"))
+        expect(page.locator("h1 + .badge")).to_have_text("approved, 2 warnings")
+        for place in (page.locator(".facts").first, page.get_by_role("article").locator(".facts").first):
+            expect(place.locator("> div").first).to_have_text(re.compile("held-out success.*3 of 4", re.DOTALL))
+
+
+def test_an_empty_objective_is_marked_at_its_field(runs: Path, server: Server) -> None:
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address("/new"))
+        page.get_by_role("tab", name="In your own words").click()
+        objective = page.get_by_label("Objective", exact=True)
+        objective.wait_for()
+        page.get_by_role("button", name="Start the run").click()
+        expect(page.locator(".q-field--error")).to_contain_text("Say what the robot should do.")
+        expect(objective).to_be_focused()
+        expect(page.get_by_text("aidsr tasks")).to_have_count(0)
+        objective.fill("Press the button.")
+        expect(page.locator(".q-field--error")).to_have_count(0)
+    assert not [path for path in runs.glob("*") if not path.name.startswith(".")]
+
+
+def test_only_of_a_language_model_it_is_said_that_it_may_take_minutes(runs: Path, server: Server) -> None:
+    rules = made_run(runs, designs=1)
+    model = made_run(runs, designs=1, model="openai:some", started="2026-02-01T10:00:00+00:00")
+    for run in (rules, model):
+        shutil.rmtree(run.path / "designs")
+        run.concepts.path.unlink()
+    with browsing() as visitor, EventLog(rules.events), EventLog(model.events):
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{model.name}"))
+        page.get_by_text("A language model may take minutes. This page can be closed meanwhile.").wait_for()
+        page.goto(server.address(f"/run/{rules.name}"))
+        page.get_by_text("This page can be closed meanwhile.").wait_for()
+        expect(page.get_by_text("language model")).to_have_count(0)

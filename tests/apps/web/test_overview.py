@@ -11,6 +11,8 @@ from playwright.sync_api import expect
 from robots import arm, gripper
 
 from aidsr.apps.web.site import Site
+from aidsr.core.artifacts import ActuatorGroup
+from aidsr.core.directory_lock import DirectoryLock
 from aidsr.runs import EventLog
 from aidsr.runs.events import StepStarted
 from aidsr.runs.files import replace_file
@@ -42,6 +44,35 @@ def test_what_is_at_work_and_what_waits_stands_in_one_place(runs: Path, server: 
         replace_file(run.design(1).outcome.path, b'{"outcome": "quit", "reason": "given up", "iteration": 2}')
         expect(page).to_have_title("At work · AID-SR")
         expect(rows_shown).to_have_count(1)
+
+
+def test_a_training_from_a_terminal_is_at_work_and_says_that_it_is_evaluated(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    folder = run.design(1).path / "training" / "001"
+    replace_file(folder / "config.json", b'{"steps": 4000, "seed": 7}')
+    rows = "steps,wall_s,episodes,success_share,progress,reward,diverged,steps_per_s\n1000,9,4,0.5,0.7,2.0,0,100\n"
+    replace_file(folder / "curve.csv", rows.encode())
+    address = f"/run/{run.name}/1?tab=training"
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(address))
+        state = page.get_by_role("article").locator(".badge")
+        expect(state).to_have_text("stopped")
+        lock = DirectoryLock(folder)  # as `aidsr train` holds it
+        expect(state).to_have_text("running")
+        expect(page.get_by_text("Started in a terminal")).to_be_visible()
+        expect(page.get_by_role("button", name="Start training")).to_have_count(0)
+        page.goto(server.address("/work"))
+        row = page.locator("table.work tbody tr")
+        expect(row).to_contain_text("1,000 of 4,000 steps")
+        expect(row.get_by_role("button", name="Stop")).to_have_count(0)
+        replace_file(folder / "training.json", b'{"steps": 4000}')
+        expect(row).to_contain_text("the policy is judged")
+        page.goto(server.address(address))
+        expect(state).to_have_text("evaluating")
+        lock.release()
+        expect(state).to_have_text("not judged")
+        expect(page.get_by_role("button", name="Start training")).to_be_visible()
 
 
 def test_a_run_at_work_says_how_long_it_takes_as_those_before(runs: Path, server: Server) -> None:
@@ -143,3 +174,48 @@ def test_a_comparison_of_nothing_offers_designs(runs: Path, server: Server) -> N
         page.get_by_role("checkbox", name="compare Arm 1").click()
         page.get_by_role("button", name="Compare", exact=True).click()
         expect(page.get_by_role("heading", name="What differs in the MJCF")).to_be_visible()
+
+
+def test_a_fifth_design_is_not_picked_and_the_bar_says_so(runs: Path, server: Server) -> None:
+    made_run(runs, designs=5)
+    with browsing(viewport={"width": 1440, "height": 900}) as visitor:
+        page = visitor.new_page()
+        page.goto(server.address("/designs"))
+        bar = page.get_by_role("status").filter(has_text="picked")
+        for number in range(1, 5):
+            page.get_by_role("checkbox", name=f"compare Arm {number}").click()
+            expect(bar).to_contain_text(f"{number} of 4 picked")
+        width = page.locator("table.designs").bounding_box()
+        fifth = page.get_by_role("checkbox", name="compare Arm 5")
+        fifth.click()
+        expect(bar).to_contain_text("4 of 4 picked; leave one out before you pick another.")
+        expect(fifth).not_to_be_checked()
+        assert page.locator("table.designs").bounding_box() == width
+        page.get_by_role("checkbox", name="compare Arm 4").click()
+        expect(bar).to_contain_text("3 of 4 picked.")
+        fifth.click()
+        expect(bar).to_contain_text("4 of 4 picked.")
+
+
+def test_a_comparison_groups_actuators_as_the_design_itself(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=2)
+    mjcf = gripper()
+    bend = ActuatorGroup(name="bend", actuators=tuple(re.findall(r'name="([^"]+)" tendon=', mjcf)[:2]))
+    assert len(bend.actuators) == 2
+    for number in (1, 2):
+        design = run.design(number).iteration(2)
+        design.scene.xml.path.write_text(mjcf)
+        about = json.loads((design.path / "robot.json").read_text())
+        replace_file(design.path / "robot.json", json.dumps(about | {"actuator_groups": [bend.model_dump()]}).encode())
+    with browsing(webgl=True) as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{run.name}/1"))
+        expect(page.locator(".v3d-group .v3d-name")).to_have_text(["bend"])
+        head = page.locator(".v3d-head b")
+        expect(head).to_have_text(["Pull the tendons"])
+        group = page.locator(".v3d-group")
+        expect(group.locator(".v3d-value")).to_have_text("0 N")
+        group.get_by_role("slider").press("End")
+        expect(group.locator(".v3d-value")).to_have_text(re.compile(r"[1-9]\S* N"))
+        page.goto(server.address(f"/compare?design={run.name}/1&design={run.name}/2"))
+        expect(page.locator(".v3d-group .v3d-name")).to_have_text(["bend", "bend"])

@@ -90,6 +90,26 @@ def test_a_person_can_pull_a_tendon() -> None:
     assert after.ctrl.max() > before.ctrl.max()
 
 
+def test_a_slider_says_newtons_for_a_tendon_and_the_unit_of_any_other_command() -> None:
+    others = """<mujoco><worldbody><site name="s"/><body pos="1 0 0">
+        <joint name="lift" type="slide"/><geom size="0.01"/>
+        <body pos="0 0 0.1"><joint name="turn"/><geom size="0.01"/></body></body></worldbody><actuator>
+        <position name="height" joint="lift" kp="100"/><velocity name="rate" joint="lift" kv="3"/>
+        <motor name="force" joint="lift"/><motor name="torque" joint="turn"/>
+        <motor name="geared" joint="turn" gear="5"/>
+        <position name="angle" joint="turn" kp="4" kv="1"/><general name="push" site="s" gear="0 1"/>
+        </actuator></mujoco>"""
+    controls = {each["name"]: each for each in DisplayModel.of(others).facts["controls"]}
+    expected = {"height": "m", "rate": "m/s", "force": "N", "torque": "N m", "geared": "", "angle": "rad", "push": "N"}
+    assert {name: control["unit"] for name, control in controls.items()} == expected
+    shown = DisplayModel.of(arm())
+    for drive, control in zip(shown.drives, shown.facts["controls"], strict=True):
+        assert control["pulls_n"][0] == pytest.approx(0.0, abs=1e-9)
+        assert control["pulls_n"][-1] == pytest.approx(-min(drive.force_low_n, drive.force_high_n), rel=1e-3)
+        assert control["pulls_n"][-1] > 0.1
+        assert control["pulls_n"] == sorted(control["pulls_n"])
+
+
 def test_frames_and_inertia_of_bodies_are_where_mujoco_has_them() -> None:
     shown = DisplayModel.of(arm())
     data = mujoco.MjData(shown.model)

@@ -38,6 +38,7 @@ from aidsr.learn.rl.plausibility import (
 from aidsr.learn.rl.trained import FinishedTraining, evaluate_training
 from aidsr.learn.rl.training import train
 from aidsr.learn.rl.training_folder import TrainingResult
+from aidsr.runs.trainings import Training
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import BENCHMARK_VERSION, Change, Variation, apply_to_simulation, goal_task, load_task, parse_goal
 from scenes import Always, Breaking, QuickPushing, builtin_scene, small_learning, small_scene
@@ -312,7 +313,14 @@ def test_an_evaluated_training_keeps_verdict_and_curve(tmp_path):
     finished = FinishedTraining.load(tmp_path)
     assert finished.scene.fingerprint == scene.fingerprint
     assert finished.scene.actions.groups == scene.actions.groups
-    evaluation = evaluate_training(tmp_path, episodes=20, threads=1, videos=False)
+    seen = set()
+
+    def look(_point):
+        seen.add((Training(tmp_path).stage, Training(tmp_path).at_work))
+
+    evaluation = evaluate_training(tmp_path, episodes=20, threads=1, videos=False, listen=look)
+    assert seen == {("evaluating", True)}
+    assert (Training(tmp_path).stage, Training(tmp_path).at_work) == ("judged", False)
     assert Evaluation.model_validate_json((tmp_path / "evaluation.json").read_text()) == evaluation
     assert named(evaluation)["training_stable"].passed
     assert (tmp_path / "curve.png").read_bytes().startswith(b"\x89PNG")

@@ -20,6 +20,7 @@ from aidsr.apps.web.scene_panel import show_scene, target_of
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.view3d import SceneView
 from aidsr.apps.web.widgets import box, button, fault_found, file_address, text
+from aidsr.core.artifacts import Robot
 from aidsr.core.errors import AidsrError, UserError
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.compare import attempted
@@ -45,10 +46,14 @@ class _Compared:
         return self.site.view(self.run).design(self.folder.number).status.stands_at
 
     @property
-    def robot(self) -> str:
-        """The text of its robot."""
-        robot = newest(it.robot.read() for it in self.folder.leading_to(self.stands_at))
-        return robot.mjcf if robot else ""
+    def robot(self) -> Robot | None:
+        """Its robot; None before there is one."""
+        return newest(it.robot.read() for it in self.folder.leading_to(self.stands_at))
+
+    @property
+    def mjcf(self) -> str:
+        """The text of its robot; empty before there is one."""
+        return self.robot.mjcf if self.robot else ""
 
     @property
     def training(self) -> Training | None:
@@ -114,9 +119,10 @@ def _view(one: _Compared) -> SceneView | None:
     with box("stack tight"):
         ui.link(one.name, f"/run/{one.run.name}/{one.folder.number}").classes("strong")
         return show_scene(
-            scene.mjcf if scene else one.robot,
+            scene.mjcf if scene else one.mjcf,
             one.name,
             file_address(one.run.name, picture),
+            groups=one.robot.actuator_groups if one.robot else (),
             environment="" if scene else one.run.brief().environment,
             together=True,
             target=target_of(one.run),
@@ -186,7 +192,7 @@ def _mjcf(compared: list[_Compared]) -> None:
         def draw() -> None:
             place.clear()
             with place:
-                html = difference(compared[int(first.value)].robot, compared[int(second.value)].robot)
+                html = difference(compared[int(first.value)].mjcf, compared[int(second.value)].mjcf)
                 if html:
                     shown = ui.html(html, sanitize=False).classes("code full")
                     shown.props.update({"tabindex": "0", "role": "region", "aria-label": "difference"})

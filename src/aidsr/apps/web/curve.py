@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from html import escape
 
@@ -68,14 +69,21 @@ def _framed(name: str, most: float, drawn: str) -> str:
         for share in (0.0, 0.5, 1.0)
     )
     ticks = "".join(
-        f'<text x="{_across(most * part, most):.1f}" y="{_HEIGHT - 6}" text-anchor="{anchor}">'
-        f"{_short(most * part)}</text>"
-        for part, anchor in ((0.0, "start"), (0.5, "middle"), (1.0, "end"))
+        f'<text x="{_across(tick, most):.1f}" y="{_HEIGHT - 6}" '
+        f'text-anchor="{"start" if not tick else "end" if tick > 0.96 * most else "middle"}">{_short(tick)}</text>'
+        for tick in round_ticks(most)
     )
     return (
         f'<svg class="curve" viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" aria-label="{name}">{grid}{ticks}{drawn}</svg>'
     )
 
 
+def round_ticks(most: float) -> tuple[float, ...]:
+    """Return three to six round amounts from 0 up to `most`: multiples of 1, 2 or 5 times a power of ten."""
+    power = 10.0 ** math.floor(math.log10(most))
+    step = next(step for step in (power / 5, power / 2, power, 2 * power) if 5 * step * (1 + 1e-9) >= most)
+    return tuple(step * count for count in range(int(most / step * (1 + 1e-9)) + 1))
+
+
 def _short(steps: float) -> str:
-    return f"{steps / 1e6:.3g} M" if steps >= 1e6 else f"{steps / 1e3:.3g} k" if steps >= 1e3 else f"{steps:.0f}"
+    return f"{steps / 1e6:.3g} M" if steps >= 1e6 else f"{steps / 1e3:.3g} k" if steps >= 1e3 else f"{steps:.3g}"

@@ -75,14 +75,15 @@ class _Page:
         """Return the number of the iteration looked at."""
         return self.read()[2]
 
-    def titled(self) -> tuple[str, str, int, int]:
-        """Return the concept and state at the iteration looked at, its number, and that which the design stands at."""
+    def titled(self) -> tuple[str, str, int, int, int]:
+        """Return concept, state and number of the iteration looked at, where the design stands, and warnings there."""
         design, shown, number = self.read()
         status = design.status
         concept = attempted(self.folder, number).concept if number else None
         stale = status.state == "running" and shown in ("interrupted", "waiting")
         state = status.outcome.outcome if status.outcome else shown if stale else status.state
-        return f"{status.number}. {concept.name if concept else status.concept}", state, number, status.stands_at
+        title = f"{status.number}. {concept.name if concept else status.concept}"
+        return title, state, number, status.stands_at, design.warnings
 
     def seen(self) -> tuple[int, bool, bool, tuple[Motion, ...]]:
         """Return which iteration is looked at, whether its scene is validated and pictured, what can be replayed."""
@@ -122,12 +123,12 @@ def add_design_page(site: Site) -> None:
                         _tabs(page, tab)
 
 
-def _title(facts: tuple[str, str, int, int]) -> None:
-    title, state, number, newest_number = facts
+def _title(facts: tuple[str, str, int, int, int]) -> None:
+    title, state, number, newest_number, warnings = facts
     with box("row grow"):
         text(title, tag="h1")
         if number in (0, newest_number):
-            badge(state)
+            badge(state, warnings)
         else:
             text(f"iteration {number}, an earlier one", "badge waiting")
             ui.link(f"To iteration {newest_number}, at which the design stands", "?")
@@ -148,6 +149,9 @@ def _head(facts: tuple[DesignView, str, int]) -> None:
     status = design.status
     with box("stack"):
         with box("facts"):
+            if design.held_out:
+                won, episodes = design.held_out
+                fact("held-out success", f"{won} of {episodes}")
             fact("family", status.family)
             fact("iterations", str(status.iteration))
             fact("worked", format_duration(status.latency_s))

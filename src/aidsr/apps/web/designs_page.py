@@ -81,7 +81,7 @@ class _Wanted:
     falling: bool = True
     picked: tuple[str, ...] = ()
     refused: bool = False
-    """Whether one more was picked than can be compared."""
+    """Whether the last pick was one too many."""
 
 
 def add_designs_page(site: Site) -> None:
@@ -240,12 +240,10 @@ def _heading(column: str, wanted: _Wanted, act: Callable[..., None]) -> None:
 def _cells(row: DesignRow, wanted: _Wanted, act: Callable[..., None]) -> None:
     def pick(*, on: bool) -> None:
         others = tuple(one for one in wanted.picked if one != row.key)
-        if on and len(others) == MOST_COMPARED:
+        full = on and len(others) == MOST_COMPARED
+        if full:
             check.value = False
-            wanted.refused = True
-            return
-        wanted.refused = False
-        act(picked=(*others, row.key) if on else others)
+        act(picked=(*others, row.key) if on and not full else others, refused=full)
 
     with box(tag="td"):
         check = ui.checkbox(value=row.key in wanted.picked)
@@ -273,13 +271,13 @@ def _compare_bar(picked: tuple[str, ...], refused: bool, act: Callable[..., None
         ui.navigate.reload()
 
     address = "/compare?" + urlencode([("design", key) for key in picked])
-    with box("notice row", role="status"):
-        said = f"{len(picked)} of at most {MOST_COMPARED} picked"
-        if refused:
-            said += "; leave one out before you pick another"
-        elif len(picked) < 2:
-            said += "; pick two or more to compare them"
-        text(f"{said}.", "grow")
+    told = f"{len(picked)} of {MOST_COMPARED} picked"
+    if refused:
+        told += "; leave one out before you pick another"
+    elif len(picked) < 2:
+        told += "; pick at least 2 to compare them"
+    with box(f"notice row {'wait' if refused else ''}", role="status"):
+        text(f"{told}.", "grow")
         if len(picked) > 1:
             button("Compare", partial(ui.navigate.to, address), "primary", "compare")
         if picked:

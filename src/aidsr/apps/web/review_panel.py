@@ -75,7 +75,12 @@ def review_panel(site: Site, run: Run, design: DesignFolder, number: int, names:
 
     with ui.dialog() as sure, ui.card().classes("stack"):
         text("Give this design up?", tag="h2")
-        text("No further iteration is made of it, and this cannot be undone. Its files are kept.", "", "p")
+        text(
+            "No further iteration is made of it, and this cannot be undone. Its files are kept; the other designs of "
+            "the run go on.",
+            "",
+            "p",
+        )
         with box("row"):
             button("Give it up", as_action(give_up), "danger", "close")
             button("Keep it", sure.close)
@@ -97,7 +102,7 @@ def review_panel(site: Site, run: Run, design: DesignFolder, number: int, names:
             button(
                 "Refine", as_action(refine), "quiet", "edit", "Back to the Designer with your words; a new round begins"
             )
-            button("Quit", sure.open, "danger", "close", "Give this design up")
+            button("Quit this design", sure.open, "danger", "close", "Give this design up; the others of the run go on")
 
 
 def part_names(mjcf: str) -> list[str]:

@@ -221,7 +221,8 @@ def _no_concepts(view: RunView) -> None:
             text(f"{DOING['concepts'][0].upper()}{DOING['concepts'][1:]}", tag="h2")
             if view.since:
                 clock(view.since)
-            text("A language model may take minutes. This page can be closed meanwhile.", "soft", "p")
+            slow = "" if view.status.record.config.model == "builtin" else "A language model may take minutes. "
+            text(f"{slow}This page can be closed meanwhile.", "soft", "p")
         elif view.prompts:
             text("The Designer waits for your reply", tag="h2")
         else:
@@ -240,7 +241,7 @@ def _column(facts: tuple[str, Shown, DesignView]) -> None:
                 with box(tag="h2"):
                     ui.link(f"{status.number}. {status.concept or 'concept'}", address)
                 text(status.family, "small soft")
-            badge(status.outcome.outcome if status.outcome else state_of(shown, design))
+            badge(status.outcome.outcome if status.outcome else state_of(shown, design), design.warnings)
         _doing(shown, design)
         working = shown not in ("interrupted", "stopped")
         strip(design.attempts, lambda number: f"{address}?iteration={number}", at_work=working)
@@ -251,12 +252,14 @@ def _column(facts: tuple[str, Shown, DesignView]) -> None:
                 for code in status.faults[:6]:
                     text(code, "chip")
         with box("facts small"):
+            if design.held_out:
+                won, episodes = design.held_out
+                fact("held-out success", f"{won} of {episodes}")
+                fact("trained", "successful" if design.successful else "valid" if design.valid else "not valid")
             fact("worked", format_duration(status.latency_s))
             usage_facts(status.usage)
             if status.mechanical_repairs:
                 fact("fixed by code", str(status.mechanical_repairs))
-            if design.trained:
-                fact("trained", "successful" if design.successful else "valid" if design.valid else "not valid")
 
 
 def _doing(shown: Shown, design: DesignView) -> None:

@@ -68,10 +68,10 @@ def add_setup(site: Site) -> None:
                 text("New run", tag="h1")
                 text("Set the task and the designer. The run continues when this page is closed.", "soft", "p")
                 ui.link("Many runs, to compare models or methods: a study", "/studies/new").classes("small")
-            _what(form)
+            objective = _what(form)
             choose_model(site, form)
             _how_much(form)
-            _start(site, form)
+            _start(site, form, objective)
 
 
 def request_from(site: Site, form: Form) -> RunRequest:
@@ -95,7 +95,8 @@ def request_from(site: Site, form: Form) -> RunRequest:
     )
 
 
-def _what(form: Form) -> None:
+def _what(form: Form) -> ui.textarea:
+    """Ask what is to be done; return the field for it in words."""
     with box("stack"):
         text("What is to be done", tag="h2")
         with ui.tabs().props("dense align=left no-caps") as kinds:
@@ -106,7 +107,7 @@ def _what(form: Form) -> None:
             with ui.tab_panel("task"):
                 _tasks(form)
             with ui.tab_panel("words"):
-                words_form(form)
+                return words_form(form)
 
 
 def _tasks(form: Form) -> None:
@@ -175,13 +176,20 @@ def _complaint(within: dict[str, Any], number: float | None) -> str | None:
     return None
 
 
-def _start(site: Site, form: Form) -> None:
+def _start(site: Site, form: Form, objective: ui.textarea) -> None:
     def request() -> Run:
         return launch(site, request_from(site, form))
 
     def opened(made: Run) -> None:
         form.update(robot="", robot_name="")  # a robot is for one run
         ui.navigate.to(f"/run/{made.name}")
+
+    def begin() -> None:
+        if form["source"] == "words" and not str(form["objective"] or "").strip():
+            objective.error = "Say what the robot should do."
+            objective.run_method("focus")  # which scrolls to it
+            return
+        working(go, request, opened)
 
     def leave_out() -> None:
         form.update(robot="", robot_name="")
@@ -193,4 +201,4 @@ def _start(site: Site, form: Form) -> None:
         button("Leave it out", leave_out, "quiet", "close")
     begins.bind_visibility_from(form, "robot", bool)
     with box("row"):
-        go = button("Start the run", lambda: working(go, request, opened), "primary", "play_arrow")
+        go = button("Start the run", begin, "primary", "play_arrow")

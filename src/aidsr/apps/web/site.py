@@ -17,7 +17,7 @@ from aidsr.runs.events import at_work
 from aidsr.runs.library import fingerprint
 from aidsr.runs.stages import Attempt, attempts
 from aidsr.runs.status import State, newest
-from aidsr.runs.trainings import trainings_of
+from aidsr.runs.trainings import Training, trainings_of
 from aidsr.teams.providers.manual import pending_prompts, prompts_directory
 
 if TYPE_CHECKING:
@@ -37,24 +37,30 @@ class DesignView:
     picture: str
     """Newest picture, relative to the run; empty where there is none."""
     motion: str
+    trainings: tuple[Training, ...]
+    """Its policies, those that still learn among them."""
     trained: int
     """How many policies were judged."""
     valid: bool
     """By at least one of them."""
     successful: bool
+    held_out: tuple[int, int] | None
+    """Held-out episodes that its best policy won, and of how many; None where none was judged."""
+    warnings: int
+    """Of the validator, at the iteration it stands at."""
     since: str
     """When something last happened to it, ISO 8601; empty before the first event."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """A process at work on a design, started by the web app."""
+    """A process at work on a design: started by the web app, or a training that was started in a terminal."""
 
     number: int
     """Of the design."""
     kind: Literal["training", "export", "probe"]
     process: str
-    """Its name among the processes."""
+    """Its name among the processes; empty where it was started elsewhere."""
 
 
 @dataclass(frozen=True)
@@ -155,10 +161,10 @@ class Site:
         elif shown == "running" and (directory := prompts_directory(status.record.config.model)) is not None:
             prompts = len(pending_prompts(directory))
             shown = "waiting" if prompts else shown
-        jobs = tuple(job for design in designs for job in self._jobs(run, design.status.number))
+        jobs = tuple(job for each in designs for job in self._jobs(run, each.status.number, each.trainings))
         return RunView(name, status, designs, shown, _changed(run.events), jobs, prompts)
 
-    def _jobs(self, run: Run, number: int) -> Iterator[Job]:
+    def _jobs(self, run: Run, number: int, trainings: Sequence[Training]) -> Iterator[Job]:
         kinds: tuple[tuple[Literal["training", "export", "probe"], str], ...] = (
             ("training", self.training_name(run, number)),
             ("export", self.export_name(run, number)),
@@ -167,6 +173,8 @@ class Site:
         for kind, process in kinds:
             if self.processes.is_alive(process):
                 yield Job(number, kind, process)
+            elif kind == "training" and any(training.at_work for training in trainings):
+                yield Job(number, kind, "")
 
     def is_at_work(self, run: Run) -> bool:
         """Whether a process is at work on a run, started here or in a terminal."""
@@ -210,7 +218,7 @@ class Site:
         """
         run = self.library.run(name)
         self.refuse_at_work(run)
-        for job in (job for design in run.designs for job in self._jobs(run, design.number)):
+        for job in (job for each in run.designs for job in self._jobs(run, each.number, trainings_of(each))):
             raise UserError(f"design {job.number} is at its {job.kind}; stop that first, then delete {name}")
         self.library.trash(name)
 
@@ -238,7 +246,11 @@ def shortened(words: str) -> str:
 
 
 def _design(run: Run, design: DesignFolder, status: DesignStatus) -> DesignView:
-    verdicts = [verdict for one in trainings_of(design) if (verdict := one.evaluation.read()) is not None]
+    trainings = trainings_of(design)
+    verdicts = [verdict for one in trainings if (verdict := one.evaluation.read()) is not None]
+    best = max(verdicts, key=lambda verdict: verdict.success_share, default=None)
+    stands = design.iteration(status.stands_at)
+    report = stands.scene_report.read() or stands.robot_report.read()
     newest_first = design.leading_to(status.stands_at)
     picture = newest(it.preview.path if it.preview.path.exists() else None for it in newest_first)
     motion = newest(it.motion.path if it.motion.path.exists() else None for it in newest_first)
@@ -247,9 +259,12 @@ def _design(run: Run, design: DesignFolder, status: DesignStatus) -> DesignView:
         attempts=attempts(design, status),
         picture=picture.relative_to(run.path).as_posix() if picture else "",
         motion=motion.relative_to(run.path).as_posix() if motion else "",
+        trainings=trainings,
         trained=len(verdicts),
         valid=any(verdict.valid for verdict in verdicts),
         successful=any(verdict.successful for verdict in verdicts),
+        held_out=(sum(each.ended == "succeeded" for each in best.episodes), len(best.episodes)) if best else None,
+        warnings=len(report.warnings) if report else 0,
         since=_changed(design.events),
     )
 

@@ -26,6 +26,11 @@ from aidsr.tasks import task_names
 
 Play = Callable[[int, ui.button], None]
 """Plays a held-out variation; the button that was pressed shows that it takes seconds."""
+_DOING = {
+    "learning": "A policy is learning.",
+    "evaluating": "The policy is being judged.",
+    "judged": "Films of its episodes are being drawn.",
+}
 _DEFAULTS: dict[str, Any] = {"steps": 300_000, "seeds": 1, "task": "", "films": True}
 """As `aidsr train` has it."""
 
@@ -37,8 +42,8 @@ class _Learning:
     steps: int
     seed: int
     curve: tuple[CurveRow, ...]
-    running: bool
-    """Whether a process is still at work on its verdict."""
+    state: str
+    """Of a training without a verdict: running, evaluating, stopped, or not judged."""
     verdict: Evaluation | None
 
 
@@ -57,8 +62,10 @@ class _Judged:
 @dataclass(frozen=True)
 class _State:
     approved: bool
-    alive: bool
-    learning: bool
+    doing: str
+    """What a process does with it, in words; empty where none is at work."""
+    stoppable: bool
+    """Whether that process was started here."""
     output_tail: str
 
 
@@ -79,9 +86,13 @@ def training_panel(site: Site, run: Run, design: DesignFolder, stage: Stage) -> 
 def _state(site: Site, run: Run, design: DesignFolder) -> _State:
     name, trainings = site.training_name(run, design.number), trainings_of(design)
     alive = site.processes.is_alive(name)
-    learning = not trainings or any(training.result.read() is None for training in trainings)
+    at_work = [training for training in trainings if training.at_work]
+    doing = _DOING[at_work[-1].stage] if at_work else ""
+    if alive and not at_work:  # between two of its steps, or where the system does not tell
+        learning = not trainings or any(training.stage == "learning" for training in trainings)
+        doing = _DOING["learning" if learning else "evaluating"]
     output_tail = "" if alive or _has_new_verdict(site, name, trainings) else site.processes.output_tail(name)
-    return _State(design.final_scene.path.exists(), alive, learning, output_tail)
+    return _State(design.final_scene.path.exists(), doing, alive, output_tail)
 
 
 def _has_new_verdict(site: Site, name: str, trainings: tuple[Training, ...]) -> bool:
@@ -92,12 +103,18 @@ def _has_new_verdict(site: Site, name: str, trainings: tuple[Training, ...]) -> 
 
 def _learning(site: Site, run: Run, design: DesignFolder, training: Training) -> _Learning:
     config, verdict = training.config.read() or {}, training.evaluation.read()
-    running = verdict is None and _at_work(site, site.training_name(run, design.number), training)
-    return _Learning(int(config.get("steps", 0)), int(config.get("seed", 0)), read_curve(training), running, verdict)
+    working = _at_work(site, site.training_name(run, design.number), training)
+    if training.stage == "learning":
+        state = "running" if working else "stopped"
+    else:
+        state = "evaluating" if working else "not judged"
+    return _Learning(int(config.get("steps", 0)), int(config.get("seed", 0)), read_curve(training), state, verdict)
 
 
 def _at_work(site: Site, name: str, training: Training) -> bool:
-    """Whether the process of a design took this one of its trainings up, to learn or to judge."""
+    """Whether a process has this one of a design's trainings in hand: one from elsewhere, or the design's own."""
+    if training.at_work:
+        return True
     events = training.path / "events.jsonl"
     taken_up = events.exists() and events.stat().st_mtime >= site.processes.started_s(name)
     return site.processes.is_alive(name) and (taken_up or training.result.path.exists())
@@ -115,12 +132,14 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
         return
     name = site.training_name(run, design.number)
     with box("stack wide"):
-        if state.alive:
+        if state.doing:
             with box("notice", role="status"), box("row apart"):
-                text("A policy is learning." if state.learning else "The policy is being judged.")
-                button(
-                    "Stop", as_action(lambda: site.processes.stop(name)), "danger", "stop", "What was learned is kept"
-                )
+                text(state.doing)
+                if state.stoppable:
+                    act = as_action(lambda: site.processes.stop(name))
+                    button("Stop", act, "danger", "stop", "What was learned is kept")
+                else:
+                    text("Started in a terminal; end it there with Control-C.", "small soft")
         else:
             _start(site, run, design, name)
             if state.output_tail:
@@ -175,22 +194,30 @@ def _draw_learning(training: Training, shown: _Learning) -> None:
             if shown.verdict:
                 badge("successful" if shown.verdict.successful else "valid" if shown.verdict.valid else "not valid")
             else:
-                badge("running" if shown.running else "stopped")
+                badge(shown.state)
         last = shown.curve[-1] if shown.curve else None
         success, progress = (last.success_share, last.progress) if last else (None, None)
         with box("facts"):
-            fact("steps", f"{min(last.steps, shown.steps) if last else 0:,} of {shown.steps:,}")
-            fact("success so far", "–" if success is None else f"{success:.0%}")
+            if shown.verdict:
+                won = sum(episode.ended == "succeeded" for episode in shown.verdict.episodes)
+                fact("held-out success", f"{won} of {len(shown.verdict.episodes)}")
+            fact("steps", _steps_in_words(last.steps if last else 0, shown.steps))
+            fact("success while learning", "–" if success is None else f"{success:.0%}")
             fact("progress", "–" if progress is None else f"{progress:.2f}")
             fact("speed", f"{last.steps_per_s:.0f} steps/s" if last else "–")
             fact("learned for", format_duration(last.wall_s) if last else "–")
-            if shown.running and last:
+            if shown.state == "running" and last:
                 fact("time", format_time_left(shown.steps - last.steps, last.steps_per_s))
             fact("seed", str(shown.seed))
         ui.html(curve_svg(shown.curve, shown.steps), sanitize=False).classes("full")
         with box("row small"):
             text("━ success", "accent")
             text("━ progress", "wait")
+
+
+def _steps_in_words(done: int, asked: int) -> str:
+    """Return how many steps were made of those asked for; the last round is finished, so there may be more."""
+    return f"{done:,} of {asked:,}" if done <= asked else f"{done:,} (asked for: {asked:,})"
 
 
 def _draw_judged(site: Site, training: Training, stage: Stage, shown: _Judged) -> None:
@@ -220,9 +247,7 @@ def _play(site: Site, training: Training, stage: Stage, variation: int, pressed:
 
 def _verdict(verdict: Evaluation, play: Play | None) -> None:
     episodes = verdict.episodes
-    won = sum(episode.ended == "succeeded" for episode in episodes)
     with box("facts"):
-        fact("held-out success", f"{won} of {len(episodes)}")
         fact("best progress, mean", f"{sum(one.best_progress for one in episodes) / len(episodes):.2f}")
         fact("valid", "yes" if verdict.valid else "no")
         fact("successful", "yes" if verdict.successful else "no")

@@ -86,9 +86,13 @@ def thumbnail_address(run: str, path: str) -> str:
     return f"/thumbnails/{quote(run)}/{quote(path)}" if path else ""
 
 
-def badge(state: str) -> None:
-    """Show a state."""
-    text(state.replace("_", " "), f"badge {state}")
+def badge(state: str, warnings: int = 0) -> None:
+    """Show a state; approval also with how many warnings of the validator it was given."""
+    words = state.replace("_", " ")
+    if state == "approved" and warnings:
+        text(f"{words}, {warnings} {'warning' if warnings == 1 else 'warnings'}", "badge warned")
+    else:
+        text(words, f"badge {state}")
 
 
 def notice(content: str, kind: Literal["", "bad", "wait", "good"] = "") -> None:

@@ -27,8 +27,8 @@ def take_template(form: Form, name: str) -> None:
     )
 
 
-def words_form(form: Form) -> None:
-    """Ask what is to be done, where, and what counts as success."""
+def words_form(form: Form) -> ui.textarea:
+    """Ask what is to be done, where, and what counts as success; return the field of the objective."""
 
     def take(name: object) -> None:
         if name in examples():
@@ -39,6 +39,7 @@ def words_form(form: Form) -> None:
         offered = ui.select({name: each.title for name, each in examples().items()}, label="Start from a template")
         offered.props("outlined dense").on_value_change(lambda event: take(event.value))
         objective = ui.textarea("Objective").props("outlined autogrow").bind_value(form, "objective")
+        objective.on_value_change(lambda: setattr(objective, "error", None))
         objective.props.update(
             {"placeholder": "Turn the knob at the end of the shaft by a quarter.", "maxlength": 4000}
         )
@@ -49,6 +50,7 @@ def words_form(form: Form) -> None:
         upload(form, ENVIRONMENT)
         _preview(form)
         goal_form(form)
+    return objective
 
 
 def _preview(form: Form) -> None:

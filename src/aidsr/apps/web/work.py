@@ -103,7 +103,13 @@ class Work:
 
     def _job(self, name: str, view: RunView, job: Job) -> Task:
         title = f"{view.title}, design {job.number}: {view.design(job.number).status.concept}"
-        began_s = self._site.processes.started_s(job.process)
+        design = self._site.run(name).design(job.number)
+        trainings = trainings_of(design) if job.kind == "training" else ()
+        at_work = [one for one in trainings if one.at_work]
+        if job.process:
+            began_s = self._site.processes.started_s(job.process)
+        else:
+            began_s = at_work[-1].config.path.stat().st_mtime if at_work else time.time()
         since = datetime.fromtimestamp(began_s, UTC).isoformat(timespec="seconds")
         if job.kind == "export":
             return Task(
@@ -112,13 +118,12 @@ class Work:
         address = f"/run/{name}/{job.number}?tab={job.kind}"
         if job.kind == "probe":
             return Task("probe", title, address, "motions are tried", since, process=job.process)
-        learning = [
-            one for one in trainings_of(self._site.run(name).design(job.number)) if not one.result.path.exists()
-        ]
+        learning = [one for one in at_work or trainings if one.stage == "learning"]
         curve = read_curve(learning[-1]) if learning else ()
         steps = int((learning[-1].config.read() or {}).get("steps", 0)) if learning else 0
         if not curve or not steps:
-            doing = "the policy is judged" if not learning else "learning begins"
+            filming = bool(at_work) and at_work[-1].stage == "judged"
+            doing = "learning begins" if learning else "its films are drawn" if filming else "the policy is judged"
             return Task("training", title, address, doing, since, process=job.process)
         done, speed = min(curve[-1].steps, steps), curve[-1].steps_per_s
         doing = f"{done:,} of {steps:,} steps"

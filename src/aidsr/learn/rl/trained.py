@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Self
@@ -135,7 +136,9 @@ def evaluate_training(
     training = FinishedTraining.load(folder)
     level = level or training.config.level
     scene = training.scene if level == training.config.level else training.scene_at(level)
-    with one_torch_thread():
+    other = [level] * (level != training.config.level) + [split] * (split != "held_out")
+    # who looks at the folder sees that its verdict is being made
+    with one_torch_thread(), nullcontext() if other else training.folder.locked():
         evaluation, rolled = evaluate(
             scene,
             training.policy,
@@ -155,17 +158,16 @@ def evaluate_training(
                 smoothing=training.config.recipe.smoothing,
             )
             evaluation = evaluation.model_copy(update={"perturbed": robustness})
-    other = [level] * (level != training.config.level) + [split] * (split != "held_out")
-    written = evaluation.model_dump_json(indent=2) + "\n"
-    if other:
-        training.folder.write("_".join(["evaluation", *other]) + ".json", written)
-        return evaluation
-    _write_pictures(training, rolled)
-    # a verdict means that all is there but films, which may take minutes and fail
-    training.folder.write("evaluation.json", written)
-    training.folder.log_event("evaluated", success_share=evaluation.success_share, valid=evaluation.valid)
-    if videos:
-        _write_films(training, rolled)
+        written = evaluation.model_dump_json(indent=2) + "\n"
+        if other:
+            training.folder.write("_".join(["evaluation", *other]) + ".json", written)
+            return evaluation
+        _write_pictures(training, rolled)
+        # a verdict means that all is there but films, which may take minutes and fail
+        training.folder.write("evaluation.json", written)
+        training.folder.log_event("evaluated", success_share=evaluation.success_share, valid=evaluation.valid)
+        if videos:
+            _write_films(training, rolled)
     return evaluation
 
 

@@ -79,7 +79,7 @@ class TrainingFolder:
     | events.jsonl       | started, probed, resumed, tested, checkpoint, restored, finished, evaluated    |
     | curve.csv          | success, progress, return and speed over the steps                             |
     | checkpoint/        | the policy so far, during training                                             |
-    | .in_use            | empty; locked by the process that trains here                                  |
+    | .in_use            | empty; locked by the process that trains, judges or films here                 |
     | policy.zip         | the trained policy, as Stable-Baselines3 saves it                              |
     | normalisation.json | mean and variance of the observations                                          |
     | training.json      | how it ended: steps, time, episodes, divergences; written last                 |
@@ -136,10 +136,10 @@ class TrainingFolder:
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """Lock the folder, created if absent, while this process trains in it.
+        """Lock the folder, created if absent, while this process trains, judges or films in it.
 
         Raises:
-            FolderInUseError: Another process trains in it.
+            FolderInUseError: Another process does.
         """
         self.path.mkdir(parents=True, exist_ok=True)
         try:

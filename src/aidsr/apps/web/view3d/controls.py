@@ -10,24 +10,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.core.artifacts import ActuatorGroup
-from aidsr.sim.drive import Drive
+from aidsr.sim.drive import Drive, held_forces
 from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.structure import Structure, name_of
 
 _ACTUATOR = mujoco.mjtObj.mjOBJ_ACTUATOR
 _UNLIMITED_END = 1.0  # as in `aidsr.sim.drive`
+_PLACES = 11
+"""Along a slider where the pull is computed; a page interpolates between them. Our choice: a tenth of the way each."""
 
 
-def control_facts(model: mujoco.MjModel, drives: Sequence[Drive], neutral: NDArray[np.float64]) -> list[dict[str, Any]]:
+def control_facts(
+    model: mujoco.MjModel, data: mujoco.MjData, drives: Sequence[Drive], neutral: NDArray[np.float64]
+) -> list[dict[str, Any]]:
     """Return a slider for each actuator, the robot's first.
 
     A slider runs from `release` to `pull`, so that to the right always pulls a tendon, whatever sign the actuator gives
     to it.
     """
-    return [_driven(model, drive, neutral) for drive in drives] + _others(model, drives, neutral)
+    pulls = _pulls(model, data, drives, neutral)
+    driven = [_driven(model, drive, neutral, pull) for drive, pull in zip(drives, pulls, strict=True)]
+    return driven + _others(model, drives, neutral)
 
 
-def _driven(model: mujoco.MjModel, drive: Drive, neutral: NDArray[np.float64]) -> dict[str, Any]:
+def _driven(
+    model: mujoco.MjModel, drive: Drive, neutral: NDArray[np.float64], pull: NDArray[np.float64]
+) -> dict[str, Any]:
     return {
         "name": name_of(model, _ACTUATOR, drive.actuator),
         "at": drive.ctrl,
@@ -36,6 +44,8 @@ def _driven(model: mujoco.MjModel, drive: Drive, neutral: NDArray[np.float64]) -
         "neutral": float(neutral[drive.ctrl]),
         "robot": True,
         "pulls_tendon": drive.on_tendon,
+        "unit": control_unit(model, drive.actuator),
+        "pulls_n": [round(float(each), 4) for each in pull] if drive.on_tendon else [],
     }
 
 
@@ -55,9 +65,65 @@ def _others(model: mujoco.MjModel, drives: Sequence[Drive], neutral: NDArray[np.
                 "neutral": float(neutral[at]),
                 "robot": False,
                 "pulls_tendon": False,
+                "unit": control_unit(model, actuator),
+                "pulls_n": [],
             }
         )
     return facts
+
+
+def _pulls(
+    model: mujoco.MjModel, data: mujoco.MjData, drives: Sequence[Drive], neutral: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return how hard each drive pulls where the robot rests, (drives, places along its slider) [N]."""
+    probe = mujoco.MjData(model)
+    probe.qpos[:] = data.qpos
+    pulls = np.zeros((len(drives), _PLACES))
+    for place, share in enumerate(np.linspace(0.0, 1.0, _PLACES)):
+        ctrl = neutral.copy()
+        for drive in drives:
+            ctrl[drive.ctrl] = drive.release + share * (drive.pull - drive.release)
+        forces = held_forces(model, probe, ctrl)
+        pulls[:, place] = [max(-drive.side * forces[drive.actuator], 0.0) for drive in drives]
+    return pulls
+
+
+def control_unit(model: mujoco.MjModel, actuator: int) -> str:
+    """Return the unit of an actuator's command: of what it holds, or of the force it gives; empty where unknown.
+
+    Known are MuJoCo's shortcuts: `position` commands a length or an angle, `velocity` its rate, `motor` a force.
+
+    Source: MuJoCo XML reference, actuator/position, velocity and motor.
+    """
+    kind = int(model.actuator_trntype[actuator])
+    if kind == int(mujoco.mjtTrn.mjTRN_TENDON):
+        length, force = "m", "N"
+    elif kind in (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT)):
+        joint = int(model.jnt_type[model.actuator_trnid[actuator, 0]])
+        known = {
+            int(mujoco.mjtJoint.mjJNT_HINGE): ("rad", "N m"),
+            int(mujoco.mjtJoint.mjJNT_SLIDE): ("m", "N"),
+        }
+        length, force = known.get(joint, ("", ""))
+    else:
+        gear = model.actuator_gear[actuator]
+        at_site = kind == int(mujoco.mjtTrn.mjTRN_SITE)
+        alone = np.isclose(np.linalg.norm(gear), 1) and not model.actuator_biasprm[actuator].any()
+        if not (at_site and alone and model.actuator_gainprm[actuator, 0] == 1):
+            return ""
+        return "N" if not gear[3:].any() else "N m" if not gear[:3].any() else ""
+    gain, bias = model.actuator_gainprm[actuator], model.actuator_biasprm[actuator]
+    plain = int(model.actuator_gaintype[actuator]) == int(mujoco.mjtGain.mjGAIN_FIXED)
+    if not length or not plain or int(model.actuator_dyntype[actuator]) == int(mujoco.mjtDyn.mjDYN_USER):
+        return ""
+    geared = abs(model.actuator_gear[actuator, 0]) != 1
+    if int(model.actuator_biastype[actuator]) == int(mujoco.mjtBias.mjBIAS_AFFINE) and bias.any():
+        if geared:
+            return ""
+        if bias[1] and np.isclose(gain[0], -bias[1]):
+            return length
+        return f"{length}/s" if bias[2] and not bias[1] and np.isclose(gain[0], -bias[2]) else ""
+    return force if gain[0] == 1 and not geared and not bias.any() else ""
 
 
 def group_facts(model: mujoco.MjModel, structure: Structure, declared: Sequence[ActuatorGroup]) -> list[dict[str, Any]]:

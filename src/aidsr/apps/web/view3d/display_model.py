@@ -91,7 +91,7 @@ class DisplayModel:
             "surfaces": parts.surfaces,
             "bodies": body_facts(model, parts),
             "tendons": tendon_facts(model, looks, drives),
-            "controls": control_facts(model, drives, neutral),
+            "controls": control_facts(model, data, drives, neutral),
             "groups": group_facts(model, structure, groups),
             "places": locate_elements(model),
             "camera": _camera(looks, data),

@@ -88,14 +88,16 @@ export default {
   </div>
   <timeline v-if="tracked" :tracks="tracks" :time="time" :duration="state.duration_s" @seek="seek" />
   <div class="v3d-sliders" v-if="facts && controls && facts.controls.length && state.known">
-    <div class="v3d-head"><b>{{ pullable ? 'Pull the tendons' : 'Move the actuators' }}</b>
-      <q-btn flat dense no-caps size="sm" label="Let go" @click="letGo"><q-tooltip>Every command back to doing nothing</q-tooltip></q-btn></div>
-    <div v-for="row in rows" :key="row.key" class="v3d-row" :class="{'v3d-member': row.member, 'v3d-group': row.group}">
+    <template v-for="(part, number) in parts" :key="part.title">
+    <div class="v3d-head"><b>{{ part.title }}</b>
+      <q-btn v-if="!number" flat dense no-caps size="sm" label="Let go" @click="letGo"><q-tooltip>Every command back to doing nothing</q-tooltip></q-btn></div>
+    <div v-for="row in part.rows" :key="row.key" class="v3d-row" :class="{'v3d-member': row.member, 'v3d-group': row.group}">
       <div class="v3d-name" :title="row.label">{{ row.label }}</div>
       <q-slider dense :min="0" :max="1" :step="0.005" :model-value="row.share" @update:model-value="pull(row, $event)"
         :aria-label="row.label" color="primary" />
       <div class="v3d-value">{{ row.value }}</div>
     </div>
+    </template>
   </div>
 </div>`,
 
@@ -176,8 +178,12 @@ export default {
     layers() {
       return DRAWN.filter((one) => one.where?.(this.facts) ?? true);
     },
-    pullable() {
-      return this.facts.controls.some((control) => control.pulls_tendon);
+    parts() {
+      const tendons = (row) => row.members.some((control) => control.pulls_tendon);
+      return [
+        { title: "Pull the tendons", rows: this.rows.filter(tendons) },
+        { title: "Move other actuators", rows: this.rows.filter((row) => !tendons(row)) },
+      ].filter((part) => part.rows.length);
     },
     squareText() {
       return squareInWords(this.facts.length_m);
@@ -328,9 +334,22 @@ export default {
     row(key, label, members, more) {
       const shares = members.map((control) => (this.ctrl[control.at] - control.release) / (control.pull - control.release || 1));
       const share = Math.min(Math.max(shares.reduce((sum, one) => sum + one, 0) / shares.length || 0, 0), 1);
+      return { key, label, members, share, value: this.amount(members, share), ...more };
+    },
+    /** How hard tendons are pulled where the robot rests, or the command itself with its unit. */
+    amount(members, share) {
       const [first] = members;
-      const value = first.pulls_tendon || more.group ? `${Math.round(100 * share)} %` : this.number(this.ctrl[first.at] ?? 0);
-      return { key, label, members, share, value, ...more };
+      if (members.every((control) => control.pulls_n.length)) {
+        const pulls = members.map(({ pulls_n }) => {
+          const at = share * (pulls_n.length - 1);
+          const [low, high] = [Math.floor(at), Math.ceil(at)];
+          return pulls_n[low] + (at - low) * (pulls_n[high] - pulls_n[low]);
+        });
+        const [least, most] = [Math.min(...pulls), Math.max(...pulls)].map((pull) => this.number(pull));
+        return `${least === most ? most : `${least} to ${most}`} N`;
+      }
+      if (members.length > 1) return `${Math.round(100 * share)} %`;
+      return `${this.number(this.ctrl[first.at] ?? 0)} ${first.unit}`.trim();
     },
     pull(row, share) {
       for (const control of row.members) {
