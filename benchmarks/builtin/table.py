@@ -5,10 +5,10 @@
 Policies are trained by protocol `best`; successful ones are also played in perturbed scenes. All 18 tasks unless named,
 the 14 that the rules were written with in view (in sample) and the 4 that came later apart. A study (aidsr.studies)
 with one concept a run: the n-th design of a task is the first concept of seed n - 1. Every task gets its first design
-before any gets its second, so the table means something whenever it is stopped. Raw outcomes go to results-
-version4.jsonl beside this file and the table made of them to results-version4.md, or to files of another name (`--out
-mine`). The same command goes on with what is left, on this machine or another one: a design whose outcome is in the
-.jsonl is not trained again. To train all yourself, name files that are not there yet.
+before any gets its second, so the table means something whenever it is stopped. Raw outcomes go to
+results-version4.jsonl beside this file and the table made of them to results-version4.md, or to files of
+another name (`--out mine`). The same command goes on with what is left, on this machine or another one: a design whose
+outcome is in the .jsonl is not trained again. To train all yourself, name files that are not there yet.
 
 `--seeds 3` trains three policies a design; a design is then valid or successful where most of them are. `--publish`
 copies policies and scenes to a folder, from which `aidsr evaluate` takes them. `--write-only` also writes tables of
