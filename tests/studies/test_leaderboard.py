@@ -52,6 +52,9 @@ def test_results_of_like_conditions_stand_in_one_table_and_others_apart(study: S
     assert f"theirs.json: sha256 {read_submission(theirs).sha256}" in both
     changed(study, theirs, lambda found: {"plan": found.plan.model_copy(update={"level": "hard"})})
     assert leaderboard([ours, theirs]).count("## Benchmark version") == 2
+    changed(study, theirs, lambda found: {"plan": found.plan.model_copy(update={"protocol": "best"})})
+    untrained = leaderboard([ours, theirs])
+    assert untrained.count("## Benchmark version") == 1, "a protocol by which nothing was trained sets nothing apart"
 
 
 def test_figures_that_do_not_follow_are_refused_though_the_hash_is_right(study: Study, tmp_path: Path) -> None:

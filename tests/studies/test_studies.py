@@ -9,8 +9,10 @@ import shutil
 import sys
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
 import av
 import numpy as np
@@ -21,6 +23,8 @@ from aidsr.core.artifacts import EpisodeResult, Evaluation, Fault, PlausibilityC
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
 from aidsr.learn.openloop import probe
+from aidsr.learn.rl.recipe import Recipe
+from aidsr.studies.arms import make_plan
 from aidsr.studies.estimate import estimate_study
 from aidsr.studies.gallery import gallery
 from aidsr.studies.jobs import Job, pending_in, run_job, training_folder_of
@@ -136,6 +140,44 @@ def test_a_plan_that_was_edited_badly_is_refused_in_one_sentence(
         open_study(tmp_path / "s")
     assert "\n" not in str(refused.value)
     assert "pydantic" not in str(refused.value)
+
+
+def test_a_plan_from_before_protocols_were_kept_trained_by_paper_and_a_new_one_trains_by_best(tmp_path: Path) -> None:
+    new = make_plan(["button_pushing"], ["builtin"], ["full"], designs=1, concepts=1, seeds=1, steps=9, probe=False)
+    assert new.protocol == "best"
+    file = create_study(tmp_path / "s", new).path / "study.toml"
+    file.write_text(file.read_text().replace('protocol = "best"\n', ""))
+    assert open_study(tmp_path / "s").plan == new.model_copy(update={"protocol": "paper"})
+
+
+def test_policies_that_begin_with_a_motion_are_for_protocol_paper_alone() -> None:
+    arms = (Arm(name="rules", config=RunConfig(concepts=1), from_probe=True),)
+    with pytest.raises(ValueError, match='starts policies from the probe, for protocol "paper" alone'):
+        plan(arms=arms, protocol="best")
+    assert plan(arms=arms, protocol="paper").arms == arms
+
+
+@pytest.mark.parametrize(("protocol", "algorithm"), [("paper", "ppo"), ("best", "sac")])
+def test_a_job_trains_by_the_plans_protocol_and_perturbs_what_succeeds(
+    protocol: str, algorithm: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: dict[str, Any] = {}
+
+    def trains(*_place: object, recipe: Recipe, **_options: object) -> None:
+        asked["algorithm"] = recipe.algorithm
+
+    def evaluates(*_place: object, perturbed: bool | str, **_options: object) -> None:
+        asked["perturbed"] = perturbed
+
+    study = create_study(tmp_path / "s", plan(seeds=1, protocol=protocol, perturbed=True))
+    for stage in ("design", "verify"):
+        run_job(study.path, next(job for job in pending(study) if (job.stage, job.cell.arm) == (stage, "rules")))
+    monkeypatch.setattr("aidsr.studies.jobs.train_policy", trains)
+    monkeypatch.setattr("aidsr.studies.jobs.evaluate", evaluates)
+    training = next(job for job in pending(study) if job.stage == "train")
+    with suppress(UserError):  # nothing was written
+        run_job(study.path, training)
+    assert asked == {"algorithm": algorithm, "perturbed": "successful"}
 
 
 def test_jobs_come_task_by_task_before_the_second_run_of_any(tmp_path: Path) -> None:
