@@ -315,6 +315,12 @@ def test_a_word_that_an_attribute_is_short_for_is_written_as_the_attribute() -> 
     assert text == arm(), "dropped, the body would stand in another"
 
 
+def test_a_word_that_only_begins_like_an_attribute_is_dropped() -> None:
+    text = fixed("unknown_attribute", text=swapped(' stiffness="', ' damping_ratio="0.77" stiffness="', arm(), 1))
+    assert "ratio" not in text
+    assert '"0.77"' not in text, "as damping, it would be 0.77 N m s/rad"
+
+
 def test_a_name_that_is_referred_to_is_changed_where_it_stands_for_the_second_time() -> None:
     text = swapped(
         '<site name="tip_touch"',

@@ -1,9 +1,10 @@
-"""A wrong sign is named; signs that only look odd are not."""
+"""A wrong sign is named; signs that only look odd are not, and change nothing."""
 
 import pytest
 
 from aidsr.validation import validate
 from aidsr.validation.rules_page import EXAMPLE_ARM
+from scenes import small_arm
 
 FRONT = '<motor name="pull_front" tendon="front" gear="-1" ctrlrange="0 20"/>'
 BACK = FRONT.replace("front", "back")
@@ -55,3 +56,16 @@ def test_signs_that_agree_are_none(front: str, back: str) -> None:
 
 def test_a_push_among_pulls_is_reported_once() -> None:
     assert {fault.code for fault in validate(arm(FRONT.replace("-1", "1"))).errors} == {"actuator_sign"}
+
+
+@pytest.mark.parametrize(("highest_n", "found"), [(8, set()), (60, {"actuator_overforce"})])
+def test_a_sum_of_joints_asks_its_winch_for_the_same_whichever_sign_it_has(highest_n: float, found: set[str]) -> None:
+    joints = "".join(f'<joint joint="bend{i}" coef="{{0}}"/>' for i in range(1, 5))
+    head, _, rest = small_arm().replace('stiffness="0.2"', 'stiffness="0.8"').partition("<tendon>")
+    flex = f'<tendon><fixed name="flex">{joints}</fixed></tendon>'
+    drive = f'<actuator><motor name="flex" tendon="flex" gear="{{1}}" ctrlrange="0 {highest_n}"/></actuator>'
+    mjcf = head + flex + drive + rest.partition("</actuator>")[2]
+    reports = [validate(mjcf.format(*signs), realizable=True) for signs in ((0.009, -1), (0.009, 1), (-0.009, 1))]
+    for report in reports:
+        assert {fault.code for fault in report.faults} == found
+        assert report.measurements["motors"]["flex"]["tension_n"] == pytest.approx(highest_n, rel=0.01)

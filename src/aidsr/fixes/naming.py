@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter, defaultdict
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 
 from aidsr.core.suggestions import one_slip_away, only_close_name
 from aidsr.fixes.record import EditDocument, Fix, Request, note
@@ -16,8 +16,9 @@ from aidsr.mjcf.schema import ElementSchema, mjcf_schema
 _SURE = 0.8
 """Likeness from which a name is taken for a misspelt one. Our choice: one wrong letter in six."""
 
-_SHORTEST = 3
-"""Letters of an attribute that may be short for a word. Our choice: pos for position, dir for direction."""
+_SHORT = {"position": "pos", "direction": "dir", "quaternion": "quat", "reference": "ref"}
+"""Words that MJCF has an abbreviation for. Others may begin with an attribute and mean something else, as a
+damping_ratio or a size_mm does."""
 
 _NUMBERS = re.compile(r"[0-9]+")
 
@@ -42,7 +43,7 @@ def misspelt_attributes(root: Element, _: Request) -> Iterator[str]:
 
 
 def unknown_attributes(root: Element, _: Request) -> Iterator[str]:
-    """Rename an attribute that no element of MJCF has to the one it is most like, or short for; drop it where none is.
+    """Rename an attribute that no element of MJCF has to the one most like it, or that abbreviates it; else drop it.
 
     One that belongs to another element was not misspelt, and is dropped.
     """
@@ -52,19 +53,13 @@ def unknown_attributes(root: Element, _: Request) -> Iterator[str]:
             plain = attribute.lower().replace("_", "")
             near = ""
             if attribute not in everywhere:
-                near = only_close_name(plain, schema.attributes, cutoff=_SURE) or _short_for(plain, schema.attributes)
-            if near and near not in element.attrib:
+                near = only_close_name(plain, schema.attributes, cutoff=_SURE) or _SHORT.get(plain, "")
+            if near in schema.attributes and near not in element.attrib:
                 _rename(element, attribute, near)
                 yield note(element, f"wrote {near} for {attribute}")
             else:
                 del element.attrib[attribute]
                 yield note(element, f"dropped {attribute}, which it does not have")
-
-
-def _short_for(word: str, known: Iterable[str]) -> str:
-    """Return the only known name that a word begins with, as "pos" in "position"; "" where there is none."""
-    found = [name for name in known if len(name) >= _SHORTEST and word.startswith(name)]
-    return found[0] if len(found) == 1 else ""
 
 
 def missing_classes(root: Element, _: Request) -> Iterator[str]:

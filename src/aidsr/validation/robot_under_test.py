@@ -194,7 +194,7 @@ class RobotUnderTest:
     def force_n(self, drive: Drive) -> NDArray[np.float64]:
         """Force of an actuator on its tendon or joint in every frame of the battery, (n_tests, n_frames).
 
-        Positive pushes.
+        Positive pushes; see `Drive.side` for tendons without a path.
 
         Source: MuJoCo documentation, Computation, "Actuation model": `actuator_force` is before the gear.
         """
@@ -202,7 +202,7 @@ class RobotUnderTest:
             return np.zeros((0, 0))
         output = int(self.model.actuator_outadr[drive.actuator])
         force = self.driven.battery.fields["actuator_force"][:, :, output]
-        return np.asarray(force * self.model.actuator_gear[drive.actuator, 0])
+        return np.asarray(drive.side * force * self.model.actuator_gear[drive.actuator, 0])
 
     def largest_effect(self, drives: Iterable[int]) -> float:
         """Largest effect / L of some actuators, each alone."""

@@ -65,7 +65,7 @@ def efforts(robot: RobotUnderTest) -> list[Effort]:
         tendon = int(robot.model.actuator_trnid[drive.actuator, 0])
         pull = np.maximum(-robot.force_n(drive), 0.0)
         speed = np.where(pull > 0, np.abs(battery.fields["ten_velocity"][:, :, tendon]), 0.0)
-        power = pull * np.maximum(-battery.fields["ten_velocity"][:, :, tendon], 0.0)
+        power = pull * _reeling_m_s(robot, drive)
         found.append(
             Effort(
                 drive=drive,
@@ -77,6 +77,12 @@ def efforts(robot: RobotUnderTest) -> list[Effort]:
             )
         )
     return found
+
+
+def _reeling_m_s(robot: RobotUnderTest, drive: Drive) -> Array:
+    """How fast an actuator reels its tendon in, 0 while it lets go, (n_tests, n_frames) [m/s]."""
+    tendon = int(robot.model.actuator_trnid[drive.actuator, 0])
+    return np.maximum(-drive.side * battery_of(robot).fields["ten_velocity"][:, :, tendon], 0.0)
 
 
 def most_tension_n(weight_n: float) -> float:
@@ -208,9 +214,9 @@ def _tension_signal(robot: RobotUnderTest, fault: Fault) -> Signal | None:
 
 
 def _power_signal(robot: RobotUnderTest, fault: Fault) -> Signal | None:
-    def power(drive: int, tendon: int) -> Array:
-        reeling = np.maximum(-battery_of(robot).fields["ten_velocity"][:, :, tendon], 0.0)
-        return np.maximum(-robot.force_n(robot.driven.drives[drive]), 0.0) * reeling
+    def power(index: int, _tendon: int) -> Array:
+        drive = robot.driven.drives[index]
+        return np.maximum(-robot.force_n(drive), 0.0) * _reeling_m_s(robot, drive)
 
     return actuator_signal(robot, fault, "mechanical power", fault.unit, power)
 
