@@ -41,7 +41,7 @@ HOME = Path(__file__).parent
 RESULTS = HOME / "results.jsonl"
 FLOORS = HOME / "floors.jsonl"
 UNTRAINED = ("idle", "constant", "random 25 Hz", "random 0.5 s")
-"""Policies of `benchmarks.tasks.floors` that win at most one episode in twenty where a success means something."""
+"""Policies of `benchmarks.tasks.floors` that nobody trained."""
 FLOOR_EPISODES = 20
 PAPER_TOKENS_A_SUCCESS = 151_000 / 0.267
 """Tokens for each successful design. Source: the AID-SR paper, 151,000 tokens a design, 26.7 % successful."""
@@ -138,9 +138,12 @@ def measure_floors(folders: Iterable[DesignFolder]) -> None:
     known = {floor.scene_sha256 for floor in read_floors(FLOORS)}
     wanted = {row.scene_sha256 for row in read_rows(RESULTS) if row.successful} - known
     for folder in folders:
+        if not folder.final_scene.path.exists():
+            continue
         scene = find_scene(folder).for_learning("auto")
         if scene.fingerprint not in wanted:
             continue
+        wanted.discard(scene.fingerprint)
         found = measure(scene, UNTRAINED, FLOOR_EPISODES, threads=1)
         wins = {each.policy: int(each.outcomes.success.sum()) for each in found}
         floor = Floor(scene_sha256=scene.fingerprint, wins=wins, episodes=FLOOR_EPISODES, commit=commit())
@@ -211,9 +214,8 @@ def row_of(run: Run, folder: DesignFolder, asked: Asked) -> Row:
 
 
 def _kept(verdict: Evaluation) -> float | None:
-    if not verdict.perturbed or not verdict.success_share:
-        return None
-    return round(fmean(each.success_share for each in verdict.perturbed) / verdict.success_share, 3)
+    shares = [each.kept_share for each in verdict.perturbed if each.kept_share is not None]
+    return round(fmean(shares), 3) if shares else None
 
 
 def table(rows: Sequence[Row], floors: Sequence[Floor] = ()) -> str:
@@ -228,7 +230,8 @@ def table(rows: Sequence[Row], floors: Sequence[Floor] = ()) -> str:
         f"benchmark's budget is 300,000), one seed, judged by version {BENCHMARK_VERSION} of the benchmark on 100 "
         "held-out episodes. *Successful*: valid, and at least half of them won. Tokens are visible ones, by bytes / 3. "
         f"Intervals: Wilson, 95 %. *Floor*: the most that idling, the best of {CONSTANTS} constant actions or random "
-        f"actions win in the scene of a successful design, of {FLOOR_EPISODES} held-out episodes (`--floors`).",
+        f"actions win in the scene of a successful design, of {FLOOR_EPISODES} held-out episodes (`--floors`). *Perturbed, "
+        "kept*: the share of success that is left in perturbed scenes (`--perturbed`). Empty: not measured.",
         "",
         "| arm | tasks | designs | first robot stable | approved | valid | successful | tokens a design | "
         "calls a design | tokens a successful design |",
