@@ -31,6 +31,7 @@ from benchmarks.validator.load_only import load_only
 from benchmarks.validator.mutation import mutate
 
 from aidsr.core.errors import IsolationError, MjcfError
+from aidsr.core.provenance import commit
 from aidsr.validation import validate
 
 _HERE = Path(__file__).parent
@@ -257,7 +258,7 @@ def _markdown(
     codes = ", ".join(f"`{code}` {count}" for code, count in (light.codes + heavy.codes).most_common())
     return f"""# What broken documents do to the validator
 
-Made by `make fuzz CASES={options.cases} BATTERY={options.battery}`, seed {options.seed}, in {spent_s / 60:.1f} min.
+Made by `make fuzz CASES={options.cases} BATTERY={options.battery}` at {commit()}, seed {options.seed}: {spent_s / 60:.1f} min.
 
 | | |
 |---|---|
