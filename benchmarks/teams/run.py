@@ -231,7 +231,7 @@ def table(rows: Sequence[Row], floors: Sequence[Floor] = ()) -> str:
         "held-out episodes. *Successful*: valid, and at least half of them won. Tokens are visible ones, by bytes / 3. "
         f"Intervals: Wilson, 95 %. *Floor*: the most that idling, the best of {CONSTANTS} constant actions or random "
         f"actions win in the scene of a successful design, of {FLOOR_EPISODES} held-out episodes (`--floors`). "
-        "*Perturbed, kept*: the share of success that is left in perturbed scenes (`--perturbed`). Empty: not measured.",
+        "*Perturbed, kept*: the share of success left in perturbed scenes (`--perturbed`). Empty: not measured.",
         "",
         "| arm | tasks | designs | first robot stable | approved | valid | successful | tokens a design | "
         "calls a design | tokens a successful design |",

@@ -256,9 +256,10 @@ def _markdown(
     isolated = light.isolated | heavy.isolated
     spent_longest_s, longest = max(light.longest, heavy.longest)
     codes = ", ".join(f"`{code}` {count}" for code, count in (light.codes + heavy.codes).most_common())
+    made_by = f"`make fuzz CASES={options.cases} BATTERY={options.battery}` at {commit()}"
     return f"""# What broken documents do to the validator
 
-Made by `make fuzz CASES={options.cases} BATTERY={options.battery}` at {commit()}, seed {options.seed}: {spent_s / 60:.1f} min.
+Made by {made_by}, seed {options.seed}: {spent_s / 60:.1f} min.
 
 | | |
 |---|---|
