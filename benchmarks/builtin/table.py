@@ -31,12 +31,12 @@ from typing import Any
 from pydantic import Field
 
 from aidsr.core.artifacts import Artifact, Evaluation
-from aidsr.core.config import RunConfig
+from aidsr.core.config import Protocol, RunConfig
 from aidsr.core.errors import UserError
 from aidsr.core.provenance import commit, processor
 from aidsr.core.rates import Rate
 from aidsr.learn.rl.evaluation import VERDICT_EPISODES
-from aidsr.learn.rl.recipe import PROTOCOLS, Protocol
+from aidsr.learn.rl.recipe import PROTOCOLS
 from aidsr.learn.rl.training import BUDGET_STEPS
 from aidsr.learn.rl.training_folder import TrainingFolder
 from aidsr.runs.files import replace_file
@@ -166,11 +166,13 @@ def plan_of(rows: Sequence[Row]) -> StudyPlan:
     """Return the plan that rows follow.
 
     Raises:
-        ValueError: They are not all of one version, level, budget and protocol.
+        UserError: They are not all of one version, level, budget and protocol.
     """
-    ((version, level, steps, protocol),) = {
-        (row.benchmark_version, row.level, row.most_steps, _protocol_of(row)) for row in rows
-    }
+    found = sorted({(row.benchmark_version, row.level, row.most_steps, _protocol_of(row)) for row in rows})
+    if len(found) > 1:
+        told = "; ".join(f"version {v}, level {level}, {steps:,} steps, `{by}`" for v, level, steps, by in found)
+        raise UserError(f"rows of one table differ in version, level, budget or protocol: {told}; keep one in the file")
+    ((version, level, steps, protocol),) = found
     return StudyPlan(
         tasks=tuple(dict.fromkeys(row.task for row in rows)),
         level=level,

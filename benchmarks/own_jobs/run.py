@@ -146,8 +146,8 @@ def page(rows: dict[tuple[str, str], Row]) -> str:
         "`python -m benchmarks.own_jobs.run`: each job checked, designed by the built-in rules with one concept, and",
         f"the approved design probed with seed {SEED} (it was chosen and judged by seed 0), two variations.",
         f"Idle and noise: of {EPISODES} episodes, those won by doing nothing and anything, by the reference body of",
-        "`aidsr check` and by the approved design. The search was mended at b4c29c5 by looking at the valve with seed",
-        f"{SEED}: in its row that seed is tuned on as well.",
+        "`aidsr check` and by the approved design. While the search was written (b4c29c5) the valve was looked at with",
+        f"seed {SEED}: in its row that seed is tuned on as well.",
         f"Commits {', '.join(sorted({row.commit for row in rows.values()}))}; {', '.join(versions)}.",
         "",
     ]

@@ -35,7 +35,7 @@ RESULTS = Path(__file__).parent / "results.md"
 def prepared(folder: Path, policies: int, steps: int) -> Path:
     """Return a study whose one design is made and verified, and none of its policies."""
     arm = Arm(name="builtin", config=RunConfig(concepts=1))
-    plan = StudyPlan(tasks=(TASK,), arms=(arm,), runs=1, seeds=policies, steps=steps, probe=False)
+    plan = StudyPlan(tasks=(TASK,), arms=(arm,), runs=1, seeds=policies, steps=steps, protocol="paper", probe=False)
     study = create_study(folder, plan)
     (cell,) = study.cells
     run_job(study.path, Job(cell, "design"))
@@ -72,9 +72,9 @@ def page(took_s: dict[int, list[float]], policies: int, steps: int, load: tuple[
             f"--rounds {len(took_s[1])}` on {os.cpu_count()} cores ({platform.machine()}), Python "
             f"{platform.python_version()}, {time.strftime('%Y-%m-%d')}.",
             "",
-            f"{policies} policies of one design for {TASK}, {steps:,} control steps each, trained and judged; one job "
-            "a policy, one physics and one torch thread a job. Workers took turns; a round is a fresh copy of the same "
-            "study.",
+            f"{policies} policies of one design for {TASK}, {steps:,} control steps each, trained by protocol `paper` "
+            "and judged; one job a policy, one physics and one torch thread a job. Workers took turns; a round is a "
+            "fresh copy of the same study.",
             "",
             "| workers | seconds, each round | median | policies a minute | throughput |",
             "|---:|---|---:|---:|---:|",

@@ -5,7 +5,7 @@ python -m benchmarks.validator.cures --split 'held out'
 
 Each example is the arm without a fault with one mistake; a split's are the bad robots of the corpus, and good robots
 beside them. A cure has cured when the code is gone, no other error came, and the mistake is no longer in the compiled
-model; one that leaves it there and silences the rule passes it, if the robot has no error left.
+model. "Passes with the mistake inside": the mistake is still there and the validator says nothing.
 """
 
 from __future__ import annotations

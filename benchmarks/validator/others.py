@@ -17,6 +17,7 @@ from typing import Any
 
 from aidsr.core.artifacts import ValidationReport
 from aidsr.core.errors import MjcfError, UserError
+from aidsr.core.provenance import commit
 from aidsr.mjcf.importing import import_mjcf
 from aidsr.validation import validate
 from aidsr.validation.validator import Mount
@@ -174,6 +175,7 @@ def try_robot(other: Other, checkouts: Path) -> dict[str, Any]:
         "path": other.path,
         "judged_sound": other.sound,
         "why": other.why,
+        "validated_by": commit(),
     }
     try:
         imported = import_mjcf(here / other.path, (here / other.folder) if other.folder else None)
@@ -206,7 +208,7 @@ def markdown(rows: Sequence[dict[str, Any]]) -> str:
         "no test on robots that nobody had looked at. The judgements of dog and myoarm were changed to",
         "unsound after the validator had called them so: dog is still at half its time step, and the contact forces of",
         "myoarm were read.",
-        "All of them were validated by b22aa79; a row that is there is kept.",
+        f"Validated by {', '.join(sorted({row['validated_by'][:7] for row in rows}))}; a row that is there is kept.",
         "",
         f"{len(rows)} documents of {len({row['repository'] for row in rows})} repositories: {len(judged)} were "
         f"validated, {len(rows) - len(judged)} refused while they were read. Called unsound and judged sound: "

@@ -20,6 +20,7 @@ from aidsr.runs.status import newest
 from aidsr.runs.trainings import Training, trainings_of
 
 if TYPE_CHECKING:
+    from aidsr.core.config import Protocol
     from aidsr.learn.episodes.actions import Grouping
     from aidsr.learn.episodes.scene import TaskScene
     from aidsr.learn.openloop import ProbeReport
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from aidsr.learn.openloop.probe_scene import ProbePoint
     from aidsr.learn.rl.curve_point import CurvePoint
     from aidsr.learn.rl.evaluation import EvaluationPoint
-    from aidsr.learn.rl.recipe import Protocol, Recipe
+    from aidsr.learn.rl.recipe import Recipe
     from aidsr.loop.export import Exported
     from aidsr.tasks import Level, Split, Task
 
@@ -305,7 +306,8 @@ def evaluate(
 
     Raises:
         TypeError: An argument is of another type.
-        UserError: There is no finished training, there are too few episodes, or the extra "rl" is missing.
+        UserError: There is no finished training, another process trains, judges or films in its folder, there are too
+            few episodes, or the extra "rl" is missing.
     """
     check_type(training, (str, Path, Training, DesignFolder), "training must be a training, its folder, or a design")
     check_whole_number("episodes", episodes, least=1)

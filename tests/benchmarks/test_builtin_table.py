@@ -33,7 +33,7 @@ def program():
 @pytest.fixture
 def study(tmp_path):
     arm = Arm(name="builtin", config=RunConfig(model="builtin", concepts=1))
-    plan = StudyPlan(tasks=TASKS, arms=(arm,), runs=5, versions={"mujoco": "3.17.0"})
+    plan = StudyPlan(tasks=TASKS, arms=(arm,), runs=5, protocol="paper", versions={"mujoco": "3.17.0"})
     return create_study(tmp_path / "study", plan)
 
 
@@ -195,9 +195,12 @@ def test_the_protocol_of_rows_is_told_also_where_its_recipe_was_another_then(pro
     assert program.plan_of([outcome(program, recipe=recipe)]).protocol == protocol
 
 
-def test_rows_of_two_protocols_are_no_table(program):
-    with pytest.raises(ValueError, match="too many values"):
-        program.plan_of([outcome(program, recipe=BEST), outcome(program, design=3, recipe=None)])
+@pytest.mark.parametrize(
+    ("other", "said"), [({"recipe": None}, "`best`.*`paper`"), ({"level": "hard"}, "hard.*standard")]
+)
+def test_rows_of_two_protocols_or_levels_are_no_table(program, other, said):
+    with pytest.raises(UserError, match=f"rows of one table differ in version, level, budget or protocol: .*{said}"):
+        program.plan_of([outcome(program, recipe=BEST), outcome(program, design=3, **{"recipe": BEST} | other)])
 
 
 def test_tasks_in_and_out_of_sample_have_a_line_each_and_perturbed_success_a_column(program):

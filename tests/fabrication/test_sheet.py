@@ -5,9 +5,11 @@ from pathlib import Path
 import pytest
 from fingers import finger
 
+from aidsr.core.artifacts import Fault
 from aidsr.fabrication.build import build_robot
 from aidsr.fabrication.package import write_package
 from aidsr.fabrication.printers import printer_named
+from aidsr.fabrication.schema import Retest
 
 LONG = '<geom name="post" type="cylinder" size="0.02 0.2" pos="0 0 -0.2" mass="0.5"/>'
 
@@ -20,3 +22,16 @@ LONG = '<geom name="post" type="cylinder" size="0.02 0.2" pos="0 0 -0.2" mass="0
 def test_only_pieces_that_were_cut_are_to_be_glued(robot: str, glued: bool, tmp_path: Path) -> None:
     write_package(tmp_path, build_robot(robot, [], printer_named("fdm"), material="tpu95a"), title="a finger")
     assert ("Glue pieces that were cut" in (tmp_path / "sheet.html").read_text()) == glued
+
+
+@pytest.mark.parametrize(
+    ("layer", "said"), [("realizability", "moves without a fault"), ("simulate", "has faults of motion")]
+)
+def test_the_sheet_tells_faults_of_motion_from_those_of_winches(layer: str, said: str, tmp_path: Path) -> None:
+    fault = Fault(code="actuator_overforce", layer=layer, severity="error", message="pulls too hard")
+    retest = Retest(stable=layer == "realizability", reach_m=0.1, designed_reach_m=0.1, faults=(fault,))
+    build = build_robot(finger(), [], printer_named("fdm"), material="tpu95a")
+    write_package(tmp_path, build, title="a finger", retest=retest)
+    sheet = (tmp_path / "sheet.html").read_text()
+    assert f"Simulated again as built: {retest.motion}, reach 100 mm" in sheet
+    assert retest.motion == said

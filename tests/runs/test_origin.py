@@ -87,7 +87,9 @@ def test_where_prompts_go_and_with_which_key(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_a_study_that_was_not_made_here_is_refused(tmp_path: Path) -> None:
-    plan = StudyPlan(tasks=("reaching/button_pushing",), arms=(Arm(name="one", config=RunConfig(model=STRANGER)),))
+    plan = StudyPlan(
+        tasks=("reaching/button_pushing",), arms=(Arm(name="one", config=RunConfig(model=STRANGER)),), protocol="best"
+    )
     study = create_study(tmp_path / "study", plan)
     require_study_is_ours(study, trust=False)
     (study.path / MARK).unlink()

@@ -24,7 +24,7 @@ ALL = get_args(StudyMethod)
 
 def test_baselines_are_arms_of_their_own() -> None:
     arms = make_arms(["builtin"], ["full"], concepts=3, feedback={}, baselines=["reference", "search"])
-    cells = Study(Path("s"), StudyPlan(tasks=(TASK,), arms=arms, runs=2)).cells
+    cells = Study(Path("s"), StudyPlan(tasks=(TASK,), arms=arms, runs=2, protocol="best")).cells
     assert [cell.name.split("/")[0] for cell in cells] == ["builtin", "reference", "search", "builtin", "search"]
     assert [arm.settings for arm in arms] == [
         "",
@@ -37,7 +37,7 @@ def test_every_way_is_an_arm_that_can_be_frozen(tmp_path: Path) -> None:
     arms = make_arms(["openai:gpt-5", "builtin"], ALL, concepts=3, feedback=SAID)
     assert len({(a.config.model, a.settings) for a in arms}) == 2 * len(ALL), "no two arms are the same"
     assert arms[0].settings == ""
-    plan = StudyPlan(tasks=(TASK,), arms=arms)
+    plan = StudyPlan(tasks=(TASK,), arms=arms, protocol="paper")
     create_study(tmp_path / "s", plan)
     assert open_study(tmp_path / "s").plan == plan
 
@@ -74,7 +74,9 @@ def test_a_person_says_something_to_every_task(tmp_path: Path) -> None:
 
 def test_feedback_goes_one_round_further_on_the_same_designs(tmp_path: Path) -> None:
     arms = make_arms(["builtin"], ["full", "human", "no_groups"], concepts=1, feedback=SAID)
-    study = create_study(tmp_path / "s", StudyPlan(tasks=(TASK,), arms=arms, runs=1, seeds=0, probe=False))
+    study = create_study(
+        tmp_path / "s", StudyPlan(tasks=(TASK,), arms=arms, runs=1, seeds=0, protocol="best", probe=False)
+    )
     progress = run_study(study, LocalPool(study.path, 1))
     assert progress.failed == ()
     full, human, ungrouped = (study.run(cell).design(1) for cell in study.cells)

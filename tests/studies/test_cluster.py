@@ -22,6 +22,7 @@ PLAN = StudyPlan(
     arms=(Arm(name="rules", config=RunConfig(concepts=1)),),
     runs=2,
     seeds=0,
+    protocol="best",
     probe=False,
 )
 

@@ -23,7 +23,12 @@ MARKUP = "a|b<script>alert(1)</script>[x](javascript:y)\n| c"
 
 def submission(tasks: tuple[str, ...], model: str = "builtin") -> Submission:
     plan = StudyPlan(
-        tasks=tasks, arms=(Arm(name="rules", config=RunConfig(concepts=1, model=model)),), runs=1, seeds=0, probe=False
+        tasks=tasks,
+        arms=(Arm(name="rules", config=RunConfig(concepts=1, model=model)),),
+        runs=1,
+        seeds=0,
+        protocol="best",
+        probe=False,
     )
     designs = tuple(DesignRow(arm="rules", task=task, run=1, design=1, outcome="invalid") for task in tasks)
     lines = {"rules": task_lines(designs, "rules")}

@@ -24,6 +24,7 @@ PLAN = StudyPlan(
     arms=(Arm(name="rules", config=RunConfig(concepts=1)),),
     runs=1,
     seeds=0,
+    protocol="best",
     probe=False,
 )
 
@@ -52,9 +53,26 @@ def test_results_of_like_conditions_stand_in_one_table_and_others_apart(study: S
     assert f"theirs.json: sha256 {read_submission(theirs).sha256}" in both
     changed(study, theirs, lambda found: {"plan": found.plan.model_copy(update={"level": "hard"})})
     assert leaderboard([ours, theirs]).count("## Benchmark version") == 2
-    changed(study, theirs, lambda found: {"plan": found.plan.model_copy(update={"protocol": "best"})})
+    changed(study, theirs, lambda found: {"plan": found.plan.model_copy(update={"protocol": "paper"})})
     untrained = leaderboard([ours, theirs])
     assert untrained.count("## Benchmark version") == 1, "a protocol by which nothing was trained sets nothing apart"
+
+
+def test_policies_of_two_protocols_stand_in_two_tables_that_say_so(study: Study, tmp_path: Path) -> None:
+    paths = [tmp_path / f"{protocol}.json" for protocol in ("best", "paper")]
+    for path in paths:
+        plan = {"seeds": 1, "protocol": path.stem}
+        changed(study, path, lambda found, plan=plan: {"plan": found.plan.model_copy(update=plan)})
+    heads = [line for line in leaderboard(paths).splitlines() if line.startswith("## ")]
+    assert [head.rpartition(", ")[2] for head in heads] == ["protocol best", "protocol paper"]
+
+
+def test_a_submission_of_before_protocols_were_kept_was_trained_by_paper() -> None:
+    published = sorted((Path(__file__).parents[2] / "benchmarks" / "builtin-study").glob("*/submission.json"))
+    before = [path for path in published if "protocol" not in json.loads(path.read_text())["plan"]]
+    assert before
+    for path in before:
+        assert read_submission(path).plan.protocol == "paper"
 
 
 def test_figures_that_do_not_follow_are_refused_though_the_hash_is_right(study: Study, tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import re
@@ -9,7 +10,6 @@ import shutil
 import sys
 import threading
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -17,8 +17,11 @@ from typing import Any
 import av
 import numpy as np
 import pytest
+from pydantic import ValidationError
+from rich.console import Console
 
 from aidsr.apps.cli import main
+from aidsr.apps.cli.studies import print_comparison
 from aidsr.core.artifacts import EpisodeResult, Evaluation, Fault, PlausibilityCheck, ValidationReport
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
@@ -50,7 +53,9 @@ def plan(**changed: object) -> StudyPlan:
         Arm(name="rules", config=RunConfig(concepts=1)),
         Arm(name="bare", config=RunConfig(concepts=1, repairs=False)),
     )
-    return StudyPlan(**{"tasks": (TASK,), "arms": arms, "runs": 1, "seeds": 0, "probe": False, **changed})
+    return StudyPlan(
+        **{"tasks": (TASK,), "arms": arms, "runs": 1, "seeds": 0, "protocol": "best", "probe": False, **changed}
+    )
 
 
 class Here:
@@ -150,9 +155,14 @@ def test_a_plan_from_before_protocols_were_kept_trained_by_paper_and_a_new_one_t
     assert open_study(tmp_path / "s").plan == new.model_copy(update={"protocol": "paper"})
 
 
+def test_a_plan_made_in_code_names_its_protocol() -> None:
+    with pytest.raises(ValidationError, match=r"protocol\n  Field required"):
+        StudyPlan(tasks=(TASK,), arms=plan().arms)
+
+
 def test_policies_that_begin_with_a_motion_are_for_protocol_paper_alone() -> None:
     arms = (Arm(name="rules", config=RunConfig(concepts=1), from_probe=True),)
-    with pytest.raises(ValueError, match='starts policies from the probe, for protocol "paper" alone'):
+    with pytest.raises(ValueError, match=r'rules: from_probe needs protocol "paper" \(--protocol paper\)'):
         plan(arms=arms, protocol="best")
     assert plan(arms=arms, protocol="paper").arms == arms
 
@@ -175,8 +185,7 @@ def test_a_job_trains_by_the_plans_protocol_and_perturbs_what_succeeds(
     monkeypatch.setattr("aidsr.studies.jobs.train_policy", trains)
     monkeypatch.setattr("aidsr.studies.jobs.evaluate", evaluates)
     training = next(job for job in pending(study) if job.stage == "train")
-    with suppress(UserError):  # nothing was written
-        run_job(study.path, training)
+    run_job(study.path, training)
     assert asked == {"algorithm": algorithm, "perturbed": "successful"}
 
 
@@ -203,15 +212,25 @@ def test_a_finished_study_has_nothing_to_do_and_a_row_for_every_design(finished:
     assert estimate_study(finished).jobs == {"design": 0, "verify": 0, "train": 0, "probe": 0}
 
 
+@pytest.mark.parametrize("protocol", ["paper", "best"])
+@pytest.mark.parametrize("perturbed", [False, True])
 @pytest.mark.parametrize(("seeds", "steps"), [(0, 300_000), (1, 300_000), (2, 150_000)])
-def test_an_estimate_is_made_of_what_the_docs_say_was_measured(seeds: int, steps: int, tmp_path: Path) -> None:
+def test_an_estimate_is_made_of_what_the_docs_say_was_measured(
+    seeds: int, steps: int, protocol: str, perturbed: bool, tmp_path: Path
+) -> None:
     page = (Path(__file__).parents[2] / "docs" / "studies.md").read_text()
     told = re.search(r"designing (\d+), training ([\d,]+), judging (\d+);", page)
     assert told, "docs/studies.md no longer says what was measured"
     design_s, training_s, judging_s = (float(number.replace(",", "")) for number in told.groups())
-    coming = estimate_study(Study(tmp_path, plan(arms=plan().arms[:1], seeds=seeds, steps=steps)))
+    asked = plan(arms=plan().arms[:1], seeds=seeds, steps=steps, protocol=protocol, perturbed=perturbed)
+    coming = estimate_study(Study(tmp_path, asked))
     assert "20 held-out episodes a policy; a verdict now has 100, which takes about five times as long" in page
-    expected_s = design_s + seeds * (training_s * steps / 300_000 + 5 * judging_s)
+    learning = (Path(__file__).parents[2] / "docs" / "learning.md").read_text()
+    assert "A step of `best` costs about twice" in learning
+    assert "in each of nine kinds of perturbed scenes" in page
+    training_s *= 2 if protocol == "best" else 1
+    judging_s *= 5 * (1 + 9 * perturbed)
+    expected_s = design_s + seeds * (training_s * steps / 300_000 + judging_s)
     assert coming.core_hours * 3600 == pytest.approx(expected_s)
 
 
@@ -352,6 +371,23 @@ def test_the_report_is_one_page_with_every_figure_beside_it(finished: Study) -> 
     assert "| reaching/button_pushing | 1 | 1/1 (21–100 %) | – | – | – |" in table
     assert (finished.path / "report.csv").read_text().count("\n") == 3
     assert len(json.loads((finished.path / "report.json").read_text())["designs"]) == 2
+
+
+@pytest.mark.parametrize(("seeds", "perturbed"), [(1, True), (1, False), (0, True)])
+def test_the_report_says_whether_successful_policies_were_perturbed(
+    seeds: int, perturbed: bool, finished: Study, tmp_path: Path
+) -> None:
+    study = Study(Path(shutil.copytree(finished.path, tmp_path / "s")), plan(seeds=seeds, perturbed=perturbed))
+    page = write_report(study).read_text()
+    for text in (page, (study.path / "report.md").read_text()):
+        assert ("protocol best; successful policies also played in perturbed scenes" in text) == (seeds * perturbed)
+
+
+def test_studies_of_two_protocols_or_with_perturbed_scenes_are_said_to_differ(finished: Study) -> None:
+    out = io.StringIO()
+    other = Study(finished.path, plan(protocol="paper", perturbed=True))
+    print_comparison(Console(file=out, width=200), finished, other)
+    assert "Not the same study: protocol best and paper; perturbed False and True" in out.getvalue()
 
 
 def test_a_submission_can_be_checked(finished: Study, tmp_path: Path) -> None:

@@ -34,7 +34,9 @@ def paid(model: str = "openai:gpt-5", **changed: object) -> Arm:
 
 
 def study_of(path: Path, *arms: Arm, runs: int = 3) -> Study:
-    return create_study(path / "s", StudyPlan(tasks=(TASK,), arms=arms or (paid(),), runs=runs, seeds=0, probe=False))
+    return create_study(
+        path / "s", StudyPlan(tasks=(TASK,), arms=arms or (paid(),), runs=runs, seeds=0, protocol="best", probe=False)
+    )
 
 
 def designing(study: Study) -> list[Job]:

@@ -14,7 +14,11 @@ from aidsr.studies.jobs import VERIFIED, Job, output_of_job, run_job, training_f
 from aidsr.studies.study import Arm, Study, StudyPlan, create_study
 
 PLAN = StudyPlan(
-    tasks=("reaching/button_pushing",), arms=(Arm(name="rules", config=RunConfig(concepts=1)),), runs=1, seeds=2
+    tasks=("reaching/button_pushing",),
+    arms=(Arm(name="rules", config=RunConfig(concepts=1)),),
+    runs=1,
+    seeds=2,
+    protocol="best",
 )
 
 

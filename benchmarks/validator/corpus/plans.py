@@ -97,5 +97,4 @@ PLANS: dict[Split, Plan] = {
         largest=20,
     ),
 }
-"""The whole corpus: what is held out was looked at by nobody, but measured after every change. What is third was
-measured once, then its misses were looked at and mended; what is fourth is measured after that."""
+"""The whole corpus; benchmarks/validator/README.md says what was known of each split when it was measured."""

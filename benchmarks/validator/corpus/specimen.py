@@ -10,7 +10,7 @@ Grade = Literal["good", "near miss", "band", "bad"]
 """A good robot has no fault; the others have one injected: at most half as large as its limit allows, between half and
 twice, or at least twice as large."""
 Split = Literal["tuning", "held out", "third", "fourth"]
-"""Rules and fixes may be looked at with the first; the others are only measured, the last one, not yet made, once."""
+"""Rules and fixes may be looked at with the first; the others are only measured, see benchmarks/validator/README.md."""
 
 
 @dataclass(frozen=True)

@@ -46,6 +46,10 @@ StudyMethod = Literal[
 on the same designs, or as the only feedback; and without its parts. Ours: without mechanical repairs, without actuators
 that act together, with feedback from the task, and by one model that measures instead of the four roles."""
 
+Protocol = Literal["best", "paper"]
+"""How a policy is trained, see `aidsr.learn.rl.recipe.PROTOCOLS`: "best" is soft actor-critic on held actions, what
+studies, tables and the benchmark use; "paper" is PPO, kept for comparison with published numbers and old plans."""
+
 
 class Budget(Artifact):
     """What a run may use of a language model. None is no limit. A call that could exceed one is not made."""

@@ -19,6 +19,11 @@ BUILDING_LAYERS = ("scope", "realizability")
 """Layers whose faults say what cannot be built of cables, winches and printed limbs."""
 
 
+def motion_errors(faults: tuple[Fault, ...]) -> tuple[Fault, ...]:
+    """Return the errors in how a robot moves, which do not bear on whether it can be built."""
+    return tuple(fault for fault in faults if fault.severity == "error" and fault.layer not in BUILDING_LAYERS)
+
+
 class Change(Artifact):
     """Something in which the built robot differs from the simulated one."""
 
@@ -44,16 +49,17 @@ class Retest(Artifact):
     @property
     def motion_faults(self) -> tuple[Fault, ...]:
         """Errors in how the robot as built moves, which decide `stable`."""
-        return tuple(fault for fault in self._errors if fault.layer not in BUILDING_LAYERS)
+        return motion_errors(self.faults)
 
     @property
     def building_faults(self) -> tuple[Fault, ...]:
         """Errors in its cables, winches and parts, which the verdict weighs with the rest of the export."""
-        return tuple(fault for fault in self._errors if fault.layer in BUILDING_LAYERS)
+        return tuple(fault for fault in self.faults if fault.severity == "error" and fault.layer in BUILDING_LAYERS)
 
     @property
-    def _errors(self) -> tuple[Fault, ...]:
-        return tuple(fault for fault in self.faults if fault.severity == "error")
+    def motion(self) -> str:
+        """How the robot as built moves, in words; the rest of its faults is told under the verdict."""
+        return "moves without a fault" if self.stable else "has faults of motion"
 
     @property
     def same_reach(self) -> bool:

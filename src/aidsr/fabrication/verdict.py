@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from aidsr.core.artifacts import Fault, ValidationReport
 from aidsr.core.formatting import format_fault
 from aidsr.fabrication.as_built import changes_of
 from aidsr.fabrication.build import RobotBuild
-from aidsr.fabrication.schema import BUILDING_LAYERS, REACH_TOLERANCE, Retest, Verdict
+from aidsr.fabrication.schema import BUILDING_LAYERS, REACH_TOLERANCE, Retest, Verdict, motion_errors
 
 MASS_TOLERANCE = 0.15
 """The same of the mass of what moves. Source: what the project asks of a built robot; beyond it is a warning, as the
@@ -27,7 +28,7 @@ def retest_of(designed: ValidationReport, built: ValidationReport) -> Retest:
         return float(share) * float(report.measurements.get("characteristic_length_m", 0.0))
 
     return Retest(
-        stable=not _unsound(built.faults),
+        stable=not motion_errors(built.faults),
         reach_m=reach(built),
         designed_reach_m=reach(designed),
         faults=built.faults,
@@ -90,11 +91,6 @@ def _mass_reasons(simulated_kg: float, built_kg: float) -> list[Fault]:
     ]
 
 
-def _unsound(faults: tuple[Fault, ...]) -> list[Fault]:
-    """Errors in how a robot moves, which do not bear on whether it can be built."""
-    return [fault for fault in faults if fault.severity == "error" and fault.layer not in BUILDING_LAYERS]
-
-
 def _design_reasons(retest: Retest, known: tuple[Fault, ...]) -> list[Fault]:
     """Faults of the robot as designed: that it does not work, and what of it cannot be built.
 
@@ -104,7 +100,7 @@ def _design_reasons(retest: Retest, known: tuple[Fault, ...]) -> list[Fault]:
     """
     reported = {(fault.code, fault.severity, name) for fault in known for name in fault.names}
     found = []
-    if unsound := _unsound(retest.designed_faults):
+    if unsound := motion_errors(retest.designed_faults):
         message = "the design itself is unstable, before anything is changed to build it"
         found.append(_unstable("unstable_as_designed", unsound, message, "Fix the faults that aidsr validate reports."))
     found += [
@@ -128,10 +124,10 @@ def _retest_reasons(retest: Retest) -> list[Fault]:
         for fault in retest.faults
         if fault.severity == "error" and fault.layer in BUILDING_LAYERS and fault.code not in had
     ]
-    if unsound := [fault for fault in _unsound(retest.faults) if fault.code not in had]:
+    if unsound := [fault for fault in retest.motion_faults if fault.code not in had]:
         message = "is unstable with the masses, springs and stops it is built with"
         found.append(_unstable("unstable_as_built", unsound, message, "See the faults under retest."))
-    if not retest.same_reach and not _unsound(retest.designed_faults):
+    if not retest.same_reach and not motion_errors(retest.designed_faults):
         found.append(
             Fault(
                 code="reach_changed",
@@ -148,7 +144,7 @@ def _retest_reasons(retest: Retest) -> list[Fault]:
     return found
 
 
-def _unstable(code: str, faults: list[Fault], message: str, cure: str) -> Fault:
+def _unstable(code: str, faults: Sequence[Fault], message: str, cure: str) -> Fault:
     return Fault(
         code=code,
         layer="realizability",

@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args
 
 from pydantic import ValidationError
 
-from aidsr.core.config import Method, RunConfig, StudyMethod
+from aidsr.core.config import Method, Protocol, RunConfig, StudyMethod
 from aidsr.core.errors import UserError
 from aidsr.core.text_files import parse_toml, read_text_file
 from aidsr.studies.file_errors import first_error
@@ -59,7 +59,8 @@ def make_plan(
     seeds: int,
     steps: int,
     probe: bool,
-    protocol: Literal["paper", "best"] = "best",
+    protocol: Protocol = "best",
+    perturbed: bool = False,
 ) -> StudyPlan:
     """Return the plan of a study; see `StudyPlan` and `make_arms` for what the arguments mean.
 
@@ -77,6 +78,7 @@ def make_plan(
         steps: Control steps a policy.
         probe: Whether each approved design is probed as well.
         protocol: How policies are trained.
+        perturbed: Whether successful policies are also played in perturbed scenes.
 
     Raises:
         UserError: Something is not known or does not fit together.
@@ -101,6 +103,7 @@ def make_plan(
             steps=steps,
             protocol=protocol,
             probe=probe,
+            perturbed=perturbed,
             versions=versions_now(),
         )
     except ValidationError as error:

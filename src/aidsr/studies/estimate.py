@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from statistics import fmean, median
+from typing import get_args
 
-from aidsr.core.artifacts import Artifact
-from aidsr.core.config import RunConfig
+from aidsr.core.artifacts import Artifact, PerturbationKind
+from aidsr.core.config import Protocol, RunConfig
 from aidsr.studies.jobs import is_finished, pending_in
 from aidsr.studies.outcomes import DesignRow, read_outcomes
 from aidsr.studies.study import Study
@@ -22,10 +23,13 @@ _SEARCHED_ROBOT_S = 5.0
 
 Source: `aidsr.teams.baselines.search.worth_of` for the rules' concept of seed 0 on the first ten of `aidsr tasks`,
 on one core of a Xeon at 2.5 GHz that others used too: 4.7 s on average, 1.0 to 11.4 s; rounded up."""
-_STEPS_PER_S = 300.0
-"""Control steps of a single-threaded training. Source: docs/studies.md, 300,000 steps in 1,000 s, mean over tasks."""
+_STEPS_PER_S: dict[Protocol, float] = {"paper": 300.0, "best": 150.0}
+"""Control steps of a single-threaded training. Source: docs/studies.md, 300,000 steps by "paper" in 1,000 s, mean over
+tasks; a step of "best" costs about twice as much, docs/learning.md."""
 _JUDGING_S = 5 * 43.0
 """The 100 held-out episodes of a policy. Source: 43 s for 20, docs/studies.md, and what 100 take, docs/learning.md."""
+_PERTURBED = len(get_args(PerturbationKind))
+"""How often the held-out episodes of a successful policy are played again where its plan asks for perturbed scenes."""
 _PROBE_S = 20.0
 """Source: docs/learning.md."""
 _DESIGN_MB, _TRAINING_MB = 1.0, 3.0
@@ -36,7 +40,8 @@ class StudyEstimate(Artifact):
     """What is still to be done and what it may take. Where the study has finished designs, theirs are the measure."""
 
     jobs: dict[str, int]
-    """Jobs still to be done, by stage; designs that are still to be made are counted as if all were approved."""
+    """Jobs still to be done, by stage; designs that are still to be made are counted as if all were approved, and where
+    successful policies are to be played in perturbed scenes, as if all were successful."""
     core_hours: float
     """Waiting for a language model takes no core and is not in it."""
     cost_usd: float
@@ -69,8 +74,9 @@ def estimate_study(study: Study) -> StudyEstimate:
                 dollars += concepts * _dollars(own, arm.config.model)
                 tokens += concepts * _tokens(own, arm.config.model)
                 published = published or _is_published(own, arm.config.model)
-        each_s = trained.get(cell.task) or trained.get("") or plan.steps / _STEPS_PER_S
-        hours += (left["train"] * (each_s + _JUDGING_S) + left["probe"] * _PROBE_S) / 3600
+        each_s = trained.get(cell.task) or trained.get("") or plan.steps / _STEPS_PER_S[plan.protocol]
+        judging_s = _JUDGING_S * (1 + _PERTURBED * plan.perturbed)
+        hours += (left["train"] * (each_s + judging_s) + left["probe"] * _PROBE_S) / 3600
         jobs.update(left)
     return StudyEstimate(
         jobs={stage: jobs[stage] for stage in ("design", "verify", "train", "probe")},

@@ -19,7 +19,7 @@ from aidsr.studies import plots
 from aidsr.studies.gallery import gallery
 from aidsr.studies.outcomes import DesignRow, count_repairs, read_outcomes, read_repairs
 from aidsr.studies.runner import read_failures
-from aidsr.studies.study import Study
+from aidsr.studies.study import Study, StudyPlan
 from aidsr.studies.tables import (
     PAPER,
     ArmLine,
@@ -148,9 +148,14 @@ def _standing(study: Study, rows: Sequence[DesignRow]) -> str:
     plan = study.plan
     return (
         f"{counted(len(plan.tasks), 'task')}, level {plan.level}, benchmark version {plan.benchmark_version}; "
-        f"{format_training(plan.seeds, plan.steps, plan.protocol)}. "
+        f"{format_training(plan.seeds, plan.steps, plan.protocol)}{_perturbed(plan)}. "
         f"{_reached(study, line_of('all', rows))}{resumed_in_words(rows)}"
     )
+
+
+def _perturbed(plan: StudyPlan) -> str:
+    """Return that successful policies were played in perturbed scenes, as the end of a sentence; empty if not."""
+    return "; successful policies also played in perturbed scenes" if plan.seeds and plan.perturbed else ""
 
 
 def _reached(study: Study, whole: Line) -> str:
@@ -259,6 +264,7 @@ def _page(
         reached=_reached(study, line_of("all", rows)),
         resumed=resumed_in_words(rows),
         count=counted,
+        perturbed=_perturbed(study.plan),
         written=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
     )
 

@@ -7,12 +7,12 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
 
 from aidsr.core.artifacts import Artifact
-from aidsr.core.config import Method, RunConfig
+from aidsr.core.config import Method, Protocol, RunConfig
 from aidsr.core.errors import UserError
 from aidsr.core.plain_tree import require_plain_tree
 from aidsr.core.provenance import versions_of
@@ -86,12 +86,12 @@ class StudyPlan(Artifact):
     """Policies trained for each approved design; 0 trains none."""
     steps: Annotated[int, Field(ge=1)] = 300_000
     """Control steps a policy. Source: docs/tasks.md, budget v1."""
-    protocol: Literal["paper", "best"] = "paper"
-    """How policies are trained, see `aidsr.learn.rl.PROTOCOLS`. Plans of before it was kept were trained by "paper"."""
+    protocol: Protocol
+    """How policies are trained."""
     probe: bool = True
     """Whether each approved design is also probed without learning."""
     perturbed: bool = False
-    """Whether successful policies are also played in perturbed scenes."""
+    """Whether successful policies are also played in perturbed scenes, see docs/learning.md, robustness."""
     benchmark_version: int = BENCHMARK_VERSION
     versions: dict[str, str] = Field(default_factory=dict)
 
@@ -107,8 +107,13 @@ class StudyPlan(Artifact):
             if arm.after and arm.after not in names[:number]:
                 raise ValueError(f'{arm.name} continues the designs of "{arm.after}", which must come before it')
             if arm.from_probe and self.protocol != "paper":
-                raise ValueError(f'{arm.name} starts policies from the probe, for protocol "paper" alone; choose that')
+                raise ValueError(f'{arm.name}: from_probe needs protocol "paper" (--protocol paper)')
         return self
+
+
+def fill_protocol(plain: Any) -> Any:
+    """Return a plan as a file holds it; where it names no protocol, "paper": by that all were trained before."""
+    return {"protocol": "paper", **plain} if isinstance(plain, dict) else plain
 
 
 @dataclass(frozen=True)
@@ -211,7 +216,7 @@ def open_study(path: Path) -> Study:
     require_plain_tree(path)
     try:
         text = read_text_file(path / "study.toml", max_bytes=_MAX_BYTES)
-        return Study(path, StudyPlan.model_validate(parse_toml(text)))
+        return Study(path, StudyPlan.model_validate(fill_protocol(parse_toml(text))))
     except (FileNotFoundError, NotADirectoryError):
         raise UserError(f"{path} is not a study folder: study.toml not found") from None
     except ValidationError as error:

@@ -9,7 +9,7 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import Field, ValidationError
+from pydantic import BeforeValidator, Field, ValidationError
 
 from aidsr.core.artifacts import Artifact
 from aidsr.core.errors import UserError
@@ -17,7 +17,7 @@ from aidsr.core.text_files import read_text_file
 from aidsr.runs.files import replace_file
 from aidsr.studies.file_errors import first_error
 from aidsr.studies.outcomes import DesignRow, read_outcomes
-from aidsr.studies.study import Study, StudyPlan
+from aidsr.studies.study import Study, StudyPlan, fill_protocol
 from aidsr.studies.tables import Line, task_lines
 
 _MAX_BYTES = 64 * 2**20
@@ -28,7 +28,7 @@ _MAX_DESIGNS = 20_000
 class Submission(Artifact):
     """A study's figures, with enough raw outcomes to compute them again."""
 
-    plan: StudyPlan
+    plan: Annotated[StudyPlan, BeforeValidator(fill_protocol)]
     designs: Annotated[tuple[DesignRow, ...], Field(max_length=_MAX_DESIGNS)]
     scenes_sha256: dict[str, str]
     """Of every approved scene, by "arm/task/run/design", so that a submission can be checked against its study."""

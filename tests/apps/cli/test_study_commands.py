@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import io
+import re
 from pathlib import Path
 
 import pytest
 from rich.console import Console
 
 from aidsr.apps.cli import main
+from aidsr.apps.cli.plan_options import PlanOptions
 from aidsr.apps.cli.studies import StudyTable
 from aidsr.core.config import RunConfig
 from aidsr.loop.run import create_run, make_brief
@@ -19,7 +21,9 @@ from aidsr.studies.study import Arm, Cell, Study, StudyPlan, create_study
 from aidsr.teams.baselines.generations import Generation, write_search
 
 TASK = "reaching/button_pushing"
-PLAN = StudyPlan(tasks=(TASK,), arms=(Arm(name="rules", config=RunConfig(concepts=1)),), runs=3, steps=230_000)
+PLAN = StudyPlan(
+    tasks=(TASK,), arms=(Arm(name="rules", config=RunConfig(concepts=1)),), runs=3, steps=230_000, protocol="paper"
+)
 
 
 def said(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str]:
@@ -68,6 +72,18 @@ def test_an_estimate_counts_what_training_takes(tmp_path: Path, capsys: pytest.C
     assert "jobs to do: 3 design, 3 verify, 3 train, 3 probe" in text
     # 3 x (6 s designing + 767 s training + 220 s judging + 20 s probing) are 50 minutes
     assert "50 min of one core, 25 min with --jobs 2, $0.00" in text
+
+
+def test_perturbed_scenes_are_asked_for_by_an_option(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["--tasks", "gap", "--designs", "3", "--no-probe", "--dry-run"]
+    assert not PlanOptions().plan().perturbed
+    assert PlanOptions(perturbed=True).plan().perturbed
+    hours = [
+        float(re.search(r"([\d.]+) h of one core", said(capsys, str(tmp_path / "s"), *words, *more)[1])[1])
+        for more in ((), ("--perturbed",))
+    ]
+    # 3 x 9 times the 215 s of judging are 1.6 hours
+    assert hours[1] - hours[0] == pytest.approx(1.6, abs=0.11)
 
 
 def test_an_estimate_counts_the_robots_of_a_search(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -62,6 +62,15 @@ async def test_a_retest_is_not_called_stable_above_an_error_of_its_winches(user:
     await user.should_see("moves without a fault")
     await user.should_see("Limits of its cables, winches and parts")
     await user.should_not_see(content="stable")
+    shaking = retest.model_copy(
+        update={
+            "stable": False,
+            "faults": (Fault(code="chatter", layer="simulate", severity="error", message="shakes"),),
+        }
+    )
+    (folder / "verdict.json").write_text(told.model_copy(update={"retest": shaking}).model_dump_json())
+    await user.open(f"/run/{run.path.name}/1/export")
+    await user.should_see("has faults of motion")
 
 
 @visiting

@@ -21,7 +21,9 @@ from aidsr.studies.study import Arm, Study, StudyPlan, create_study
 
 def made_study(path: Path) -> Study:
     arm = Arm(name="builtin", config=RunConfig(concepts=3))
-    study = create_study(path, StudyPlan(tasks=("reaching/button_pushing",), arms=(arm,), runs=2, seeds=1))
+    study = create_study(
+        path, StudyPlan(tasks=("reaching/button_pushing",), arms=(arm,), runs=2, seeds=1, protocol="best")
+    )
     made_run(study.home(next(study.cells)))
     return study
 

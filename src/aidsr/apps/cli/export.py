@@ -81,9 +81,8 @@ def _print_export(console: Console, exported: Exported) -> None:
     winches = f"{len(made.winches)} winch{'es' * (len(made.winches) != 1)}{named}" if made.winches else "no winches"
     line(f"  {winches}; about {verdict.cost_usd:.0f} USD{unknown}")
     if verdict.retest is not None:
-        moves = "moves without a fault" if verdict.retest.stable else "does not move without a fault"
         reach = f"{1000 * verdict.retest.reach_m:.0f} mm (designed {1000 * verdict.retest.designed_reach_m:.0f} mm)"
-        line(f"  simulated as built: {moves}, reach {reach}")
+        line(f"  simulated as built: {verdict.retest.motion}, reach {reach}")
         if verdict.retest.success_share is not None:
             line(
                 f"  trained policy with the robot as built: {verdict.retest.success_share:.0%} of its episodes succeed"

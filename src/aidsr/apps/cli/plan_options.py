@@ -10,7 +10,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from aidsr.apps.cli.options import setting
-from aidsr.core.config import RunConfig, StudyMethod
+from aidsr.core.config import Protocol, RunConfig, StudyMethod
 
 if TYPE_CHECKING:
     from aidsr.studies.study import StudyPlan
@@ -71,10 +71,18 @@ class PlanOptions:
     ] = 1
     steps: Annotated[int, Parameter(validator=Number(gte=1), help="Budget of control steps a policy.")] = 300_000
     protocol: Annotated[
-        Literal["best", "paper"],
+        Protocol,
         Parameter(help='"best" is soft actor-critic on held actions; "paper" is PPO, for comparison.'),
     ] = "best"
     probe: Annotated[bool, Parameter(help="Also probe each approved design without learning.")] = True
+    perturbed: Annotated[
+        bool,
+        Parameter(
+            negative="",
+            show_default=False,
+            help="Also play successful policies in perturbed scenes; the verdict stays the same.",
+        ),
+    ] = False
 
     @property
     def given(self) -> tuple[str, ...]:
@@ -109,4 +117,5 @@ class PlanOptions:
             steps=self.steps,
             protocol=self.protocol,
             probe=self.probe,
+            perturbed=self.perturbed,
         )

@@ -230,6 +230,6 @@ def _unlike(one: Study, other: Study) -> list[str]:
     """Return what else differs between two plans and may be the reason of a difference."""
     return [
         f"{name} {getattr(one.plan, name)} and {getattr(other.plan, name)}"
-        for name in ("benchmark_version", "level", "seeds", "steps", "protocol", "versions")
+        for name in ("benchmark_version", "level", "seeds", "steps", "protocol", "perturbed", "versions")
         if getattr(one.plan, name) != getattr(other.plan, name)
     ]

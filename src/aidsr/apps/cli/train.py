@@ -8,6 +8,8 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from aidsr.core.config import Protocol
+
 
 def train(
     scene: Path,
@@ -16,7 +18,7 @@ def train(
     task: str | None = None,
     level: Literal["standard", "hard"] | None = None,
     goal: Path | None = None,
-    protocol: Literal["best", "paper"] = "best",
+    protocol: Protocol = "best",
     steps: Annotated[int, Parameter(validator=Number(gte=1))] = 300_000,
     minutes: Annotated[float | None, Parameter(validator=Number(gt=0))] = None,
     seeds: Annotated[int, Parameter(validator=Number(gte=1, lte=100))] = 1,

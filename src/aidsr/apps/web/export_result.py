@@ -154,7 +154,7 @@ def _retest(retest: Retest) -> None:
     with box("sheet stack", "section", aria_label="simulated as built"):
         text("Simulated as it will be built", tag="h2")
         with box("facts small"):
-            fact("moves without a fault", "yes" if retest.stable else "no")
+            fact("motion", retest.motion)
             fact("reach, built", f"{1000 * retest.reach_m:.0f} mm")
             fact("reach, designed", f"{1000 * retest.designed_reach_m:.0f} mm")
             if retest.success_share is not None:

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from aidsr.core.artifacts import Artifact
+from aidsr.core.config import Protocol
 from aidsr.core.errors import UserError
 
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -101,9 +102,6 @@ class Recipe(Artifact):
         return self.final_learning_rate + (self.learning_rate - self.final_learning_rate) * max(left, 0.0)
 
 
-Protocol = Literal["paper", "best"]
-"""Names of the two ways to train: `paper` is what results are compared by, `best` what reaches success soonest."""
-
 PROTOCOLS: Mapping[Protocol, Recipe] = MappingProxyType(
     {
         "paper": Recipe(),
@@ -130,6 +128,6 @@ def recipe_of(
     if protocol not in PROTOCOLS:
         raise UserError(f'no protocol "{protocol}"; use {" or ".join(PROTOCOLS)}')
     if from_probe and protocol != "paper":
-        raise UserError('from_probe is for protocol "paper" alone, whose policy it begins')
+        raise UserError('from_probe needs protocol "paper" (--protocol paper)')
     options = {"from_probe": from_probe, "smoothing": smoothing, "randomize": randomize}
     return PROTOCOLS[protocol].model_copy(update=options)

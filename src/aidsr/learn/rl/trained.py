@@ -131,6 +131,7 @@ def evaluate_training(
         listen: Called after every control step of its episodes.
 
     Raises:
+        FolderInUseError: Another process trains, judges or films in the folder.
         UserError: The folder holds no finished training, or its task has no such level.
     """
     training = FinishedTraining.load(folder)

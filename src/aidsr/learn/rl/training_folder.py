@@ -27,7 +27,7 @@ Written = TypeVar("Written", bound=Artifact)
 
 
 class FolderInUseError(UserError):
-    """A folder holds another training, or another process trains in it."""
+    """A folder holds another training, or another process trains, judges or films in it."""
 
 
 class TrainingConfig(Artifact):
@@ -146,8 +146,8 @@ class TrainingFolder:
             lock = DirectoryLock(self.path)
         except UserError:
             raise FolderInUseError(
-                f"{self.path} is locked by another training; wait for that process or end it, then run the same "
-                "command to resume"
+                f"another process trains, judges or films in {self.path}; wait for it or end it, then run the same "
+                "command again"
             ) from None
         try:
             yield
