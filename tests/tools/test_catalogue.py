@@ -131,7 +131,9 @@ def test_a_number_in_a_script_is_swept(tmp_path: Path) -> None:
 
 def test_several_variations_are_a_row_each_in_play_and_sweep(tmp_path: Path) -> None:
     work = with_cart(tmp_path)
-    _, head, *rows = call(work, "play", scene="scene_1", script="drive: 1", seconds=0.4, variations=[0, 3]).splitlines()
+    told = call(work, "play", scene="scene_1", script="drive: 1", seconds=0.4, variations=[0, 3])
+    _, head, *rows, won = told.splitlines()
+    assert won == "won 0 of 2"
     assert head.startswith("variation | best progress | ")
     assert [row.split(" | ")[0] for row in rows] == ["0", "3"]
     how = {"script": "drive: {x}", "seconds": 0.4, "variations": [0, 3]}

@@ -20,10 +20,10 @@ from aidsr.tasks import Split
 from aidsr.teams.llm.patch import apply_patch
 from aidsr.tools.building import SceneName, Subject, place, unstable
 from aidsr.tools.gaits import MOST_GAITS, random_gaits
-from aidsr.tools.measured import Measured, format_value
-from aidsr.tools.playing import play as play_script
+from aidsr.tools.measured import Measured
+from aidsr.tools.playing import play_variations
 from aidsr.tools.probing import probe_motions
-from aidsr.tools.recording import Recording
+from aidsr.tools.recording import Recording, validity_in_words
 from aidsr.tools.scene import MeasuredScene
 from aidsr.tools.script import GRAMMAR
 from aidsr.tools.statics import bends, clearances, load
@@ -85,7 +85,8 @@ def play(
     how = How(script=script, variation=variation, variations=variations, seconds=seconds, pairs=distances)
     played = _play_all(subject, how)
     if len(played) > 1:
-        lines = _table("variation", [(str(one.variation), _measured(one)) for one in played])
+        rows = [(str(one.variation), _measured(one)) for one in played]
+        lines = [*_table("variation", rows), validity_in_words(played)]
     else:
         lines = [played[0].text(), f"every control step: read {workspace.add_file(played[0].csv(), 'csv')}"]
     return Result(text="\n".join([*unstable(workspace, scene), *lines]))
@@ -179,22 +180,20 @@ def _table(varied: str, rows: Sequence[tuple[str, Measured | AidsrError]], what:
             lines.append(f"{value} | failed: {found}")
             continue
         titles = [f"{each.name} {each.unit}".strip() for each in found.figures]
-        remark = [found.remark] if found.remark else []
-        head = " | ".join([*titles, *(["came to"] if remark else [])])
-        lines.append(" | ".join([value, *(format_value(each.value) for each in found.figures), *remark]))
+        setting, remark = ([words] if words else [] for words in (found.setting, found.remark))
+        head = " | ".join([*(["what differs"] if setting else []), *titles, *(["came to"] if remark else [])])
+        lines.append(" | ".join([value, *setting, *(each.cell for each in found.figures), *remark]))
     return [f"{varied} | {head}", *lines]
 
 
 def _play_all(subject: MeasuredScene, how: How) -> list[Recording]:
     """Return what a script does in each of the variations that are asked for."""
-    return [
-        play_script(subject, how.script, variation=variation, seconds=how.seconds, distances=how.pairs)
-        for variation in how.variations or (how.variation,)
-    ]
+    variations = how.variations or (how.variation,)
+    return list(play_variations(subject, how.script, variations=variations, seconds=how.seconds, distances=how.pairs))
 
 
 def _measured(played: Recording) -> Measured:
-    return Measured(figures=played.figures, remark=played.phase)
+    return Measured(figures=played.figures, remark=played.phase, setting=played.varied)
 
 
 def train(

@@ -106,7 +106,7 @@ class Script:
 
 
 class ScriptPolicy:
-    """Plays the tracks of a script in one episode, whatever it observes.
+    """Plays the tracks of a script in n episodes side by side, whatever it observes.
 
     Args:
         tracks: One for each number of an action.
@@ -117,10 +117,9 @@ class ScriptPolicy:
         self._tracks, self.control_dt_s, self._steps = tuple(tracks), control_dt_s, 0
 
     def act(self, observation: NDArray[np.floating]) -> FloatArray:
-        """Return the next action, (1, k)."""
-        del observation
+        """Return the next action for each observation, (n, k)."""
         self._steps += 1
-        return self.at((self._steps - 1) * self.control_dt_s)[None]
+        return np.tile(self.at((self._steps - 1) * self.control_dt_s), (len(observation), 1))
 
     def cut_off(self, groups: Sequence[str], until_s: float) -> tuple[str, ...]:
         """Return in a clause for each group what is asked for beyond -1 and 1 and is cut off there.
