@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from aidsr.core.artifacts import ActuatorGroup, Brief, Placement, Robot, Scene, ValidationReport
-from aidsr.core.errors import ReplyError, UserError
+from aidsr.core.errors import AidsrError, ReplyError, UserError
 from aidsr.core.formatting import format_number
 from aidsr.fixes.engine import fix as fix_mjcf
 from aidsr.mjcf.size_limits import SizeLimits
@@ -20,7 +20,8 @@ from aidsr.tasks import Level, Task
 from aidsr.tasks.targets import targets_and_mounts, targets_of
 from aidsr.teams.llm.patch import apply_patch
 from aidsr.teams.llm.replies import MAX_CHARACTERS
-from aidsr.tools.motions import controls
+from aidsr.tools.motions import commands, controls
+from aidsr.tools.scene import MeasuredScene
 from aidsr.tools.tool import MOST_LINES, Result
 from aidsr.tools.workspace import MOUNTS, Workspace, is_own
 from aidsr.validation import validate as validate_mjcf
@@ -126,7 +127,19 @@ def assemble(
     report = validate_mjcf(made.scene.mjcf, needs_contact=made.needs_contact)
     kept = workspace.add_scene(robot, made.scene, name, at, stable=report.stable)
     head = f"{kept}: {_verdict(report)}; {robot} in {name or 'the environment'}, file {kept}/scene.xml"
-    return Result(text="\n".join([head, *_faults(report), *made.notes, *made.scene.notes]))
+    return Result(
+        text="\n".join([head, *_faults(report), *made.notes, *made.scene.notes, *_commands(workspace.subject(kept))])
+    )
+
+
+def _commands(scene: MeasuredScene) -> tuple[str, ...]:
+    """Return what a script may command in a scene, or why none can be played."""
+    if not scene.has_job:
+        return ()
+    try:
+        return commands(scene)
+    except AidsrError as error:
+        return (f"no script can be played in it: {error}",)
 
 
 @dataclass(frozen=True)

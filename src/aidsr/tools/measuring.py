@@ -86,7 +86,7 @@ def play(
     played = _play_all(subject, how)
     if len(played) > 1:
         rows = [(str(one.variation), _measured(one)) for one in played]
-        lines = [*_table("variation", rows), validity_in_words(played)]
+        lines = [*_table("variation", rows), validity_in_words(played), *played[0].commands]
     else:
         lines = [played[0].text(), f"every control step: read {workspace.add_file(played[0].csv(), 'csv')}"]
     return Result(text="\n".join([*unstable(workspace, scene), *lines]))

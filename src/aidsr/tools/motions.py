@@ -17,6 +17,19 @@ class Controls(Artifact):
 
 
 @isolated
+def commands(scene: MeasuredScene) -> tuple[str, ...]:
+    """Return in lines what a script may command in a scene, and what of the environment it may not.
+
+    Raises:
+        UserError: Nothing can be commanded, or the scene is not one of its task.
+        MjcfError: The scene cannot be loaded.
+    """
+    from aidsr.tools.commands import commands_in_words
+
+    return tuple(commands_in_words(scene.load()))
+
+
+@isolated
 def controls(scene: MeasuredScene, script: str, seconds: float) -> Controls:
     """Return the controls of a scene under a script; what the environment itself drives stays at 0.
 

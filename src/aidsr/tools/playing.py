@@ -119,6 +119,7 @@ def record(
     """Let a policy play one episode and return what happened; see `play`."""
     from aidsr.learn.episodes.batch import Episodes
     from aidsr.learn.episodes.rollout import rollout
+    from aidsr.tools.commands import unnamed_in_words
     from aidsr.tools.recorder import Recorder
     from aidsr.tools.script import ScriptPolicy
 
@@ -132,4 +133,8 @@ def record(
     if not isinstance(policy, ScriptPolicy):
         return played
     names = [group.name for group in scene.actions.groups]
-    return played.model_copy(update={"cut_off": policy.cut_off(names, played.duration_s)})
+    told = {
+        "cut_off": policy.cut_off(names, played.duration_s),
+        "commands": tuple(unnamed_in_words(scene, policy.unnamed)),
+    }
+    return played.model_copy(update=told)

@@ -101,6 +101,8 @@ class Recording(Artifact):
     """What progress is made of, where that is a person's own goal."""
     cut_off: tuple[str, ...] = ()
     """What the motion asks for beyond the control range, in clauses."""
+    commands: tuple[str, ...] = ()
+    """What a script leaves out that it could command, and what of the environment it cannot, in lines."""
     not_valid: tuple[str, ...] | None = None
     """Why this success is not the work of cables and soft body, in clauses; None where that was not tried."""
 
@@ -153,7 +155,7 @@ class Recording(Artifact):
         return Figure(name=name, value=hardest.peak_n, unit="N", note=note)
 
     def text(self) -> str:
-        """Return the episode in at most 40 lines."""
+        """Return the episode in at most 45 lines."""
         lines = [
             f"{format_number(self.duration_s)} s of development variation {self.variation}. Ended: {self.ended}",
             *([f"in this variation: {self.varied}"] if self.varied else []),
@@ -163,6 +165,7 @@ class Recording(Artifact):
             *self._against(),
             *(_overlap_line(*each) for each in self.overlaps),
             *self.cut_off,
+            *self.commands,
             self._way(),
             *self._touches(),
             *(_distance_line(one) for one in self.distances),
@@ -233,8 +236,8 @@ class Recording(Artifact):
             by = ", ".join(touch.bodies[:_MOST_BODIES]) + (f" and {more} more" if more > 0 else "")
             when = "at the start" if touch.at_start else f"first at {format_number(touch.first_s)} s"
             lines.append(
-                f"touches {touch.geom} {when}, {touch.share:.0%} of the time, mean {format_number(touch.mean_n)} N, "
-                f"peak {format_number(touch.peak_n)} N at {format_number(touch.peak_s)} s by {touch.peak_by}; by {by}"
+                f"touches {touch.geom} {when}, {touch.share:.0%} of the time, mean {format_number(touch.mean_n)} N, by "
+                f"{by}; peak {format_number(touch.peak_n)} N at {format_number(touch.peak_s)} s by {touch.peak_by}"
             )
         if len(self.touches) > _MOST_CONTACTS:
             lines.append(f"touches {len(self.touches) - _MOST_CONTACTS} more shapes")
