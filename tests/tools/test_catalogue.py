@@ -55,6 +55,12 @@ def test_every_tool_says_what_it_does_and_describes_its_arguments() -> None:
             assert schema["additionalProperties"] is False
 
 
+def test_what_valid_means_is_told_with_the_tools_that_say_it() -> None:
+    for word in ("plausible", "slack cables", "locked soft body", "other actuators"):
+        assert word in TOOLS["train"].description
+    assert "valid, which means what it means for train" in OWNER_TOOLS["evaluate"].description
+
+
 def test_the_docs_have_the_table_of_tools() -> None:
     page = Path(__file__).parents[2] / "docs" / "tools.md"
     for name, tools in (("TOOLS", TOOLS), ("OWNER_TOOLS", OWNER_TOOLS)):
@@ -242,5 +248,10 @@ def test_a_short_training_is_told(tmp_path: Path) -> None:
     told = call(work, "train", scene="scene_1", steps=4000)
     assert told.startswith("after 4,000 steps: success in ")
     assert " of 20 development variations" in told
+    assert re.search(r"^what ended 20 episodes: .*\d+ by (success|the time limit of 4 s)", told, re.M)
+    assert re.search(
+        r"^trained for \d+\.\d minutes and [\d,]+ control steps, until (its policy|all steps) .*; ", told, re.M
+    )
+    assert "learning curve (steps: success, " in told
     score = OWNER_TOOLS["evaluate"].call(work, {"scene": "scene_1", "episodes": 20}).text
     assert " of 20 held-out variations" in score

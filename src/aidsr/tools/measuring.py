@@ -10,11 +10,12 @@ from xml.sax.saxutils import quoteattr
 from pydantic import Field
 
 from aidsr.core.artifacts import Artifact, Vec3
-from aidsr.core.ends import ends_in_words
+from aidsr.core.ends import ends_in_words, rules_in_words
 from aidsr.core.errors import AidsrError, ReplyError, UserError
 from aidsr.core.extras import require_extra
 from aidsr.core.numbered import numbered_in
 from aidsr.learn.openloop.film import film
+from aidsr.runs.trainings import Training, learning_in_words
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.tasks import Split
 from aidsr.teams.llm.patch import apply_patch
@@ -201,9 +202,10 @@ def train(
     scene: SceneName,
     steps: Annotated[int, Field(ge=2000, le=500_000, description="Control steps.")] = 50_000,
 ) -> Result:
-    """Train a policy and say how many development variations it wins and whether it is valid; takes many minutes.
+    """Train a policy and say how it learned, how many development variations it wins and whether it is valid.
 
-    Valid is what plausible physics, cables and soft limbs do: with slack cables or locked limbs the policy must lose.
+    Takes many minutes. Valid means: the physics is plausible, with slack cables or a locked soft body the policy loses,
+    and without the robot's other actuators it still wins.
     """
     require_extra("rl", "training")
     from aidsr.learn.rl.evaluation import LEAST_EPISODES
@@ -231,7 +233,8 @@ def train(
         again=False,
         listen=lambda _point: None,
     )
-    return _judged(folder, LEAST_EPISODES, "development", f"after {steps:,} steps: ")
+    found = _judged(subject, folder, LEAST_EPISODES, "development", f"after {steps:,} steps: ")
+    return found.model_copy(update={"text": "\n".join([found.text, *learning_in_words(Training(folder))])})
 
 
 def evaluate(
@@ -239,17 +242,21 @@ def evaluate(
     scene: SceneName,
     episodes: Annotated[int, Field(ge=20, le=_MOST_EPISODES, description="Held-out variations.")] = 100,
 ) -> Result:
-    """Score the last trained policy of a scene on held-out variations, by which nothing is to be designed."""
+    """Score the last trained policy of a scene on held-out variations, by which nothing is to be designed.
+
+    Says how many it wins and whether it is valid, which means what it means for train.
+    """
     require_extra("rl", "evaluating a policy")
+    subject = workspace.subject(scene)
     finished = [
         path for path in numbered_in(workspace.folder_of(scene) / _TRAININGS) if (path / "training.json").is_file()
     ]
     if not finished:
         raise UserError(f"{scene} has no trained policy; train it first")
-    return _judged(finished[-1], episodes, "held_out", "")
+    return _judged(subject, finished[-1], episodes, "held_out", "")
 
 
-def _judged(folder: Path, episodes: int, split: Split, head: str) -> Result:
+def _judged(subject: MeasuredScene, folder: Path, episodes: int, split: Split, head: str) -> Result:
     """Return how a trained policy does on as many variations of a split."""
     from aidsr.learn.rl.isolated_learning import run_evaluation
 
@@ -257,10 +264,12 @@ def _judged(folder: Path, episodes: int, split: Split, head: str) -> Result:
     rate = found.success_rate
     progress = sum(one.best_progress for one in found.episodes) / len(found.episodes)
     low, high = rate.interval.low, rate.interval.high
+    task = subject.measure()
     lines = [
         f"{head}success in {rate.share:.0%} of {len(found.episodes)} {split.replace('held_out', 'held-out')} "
         f"variations (Wilson {low:.0%} to {high:.0%}), best progress {progress:.2f} on average, "
         f"{'' if found.valid else 'not '}valid",
+        rules_in_words(found.episodes, time_limit_s=task.time_limit_s, failure=task.criteria.failure),
         *ends_in_words(found.episodes, found.hold_s),
         *(f"not plausible: {check.message}" for check in found.checks if not check.passed),
     ]
