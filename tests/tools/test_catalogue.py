@@ -61,6 +61,17 @@ def test_what_valid_means_is_told_with_the_tools_that_say_it() -> None:
     assert "valid, which means what it means for train" in OWNER_TOOLS["evaluate"].description
 
 
+def test_what_is_measured_has_its_unit_and_no_prefix_of_another_tool() -> None:
+    for tool in (*TOOLS.values(), *OWNER_TOOLS.values()):
+        for schema in (tool.schema, *tool.schema.get("$defs", {}).values()):
+            for name, field in schema["properties"].items():
+                if name in ("seconds", "azimuth_deg", "elevation_deg", "force_n"):
+                    unit = {"seconds": "s", "force_n": "N"}.get(name, "deg")
+                    assert re.search(rf"\b(in|by) {unit}\b", field["description"]), f"{tool.name}: {name}"
+                if name != "what":
+                    assert not re.match(r"(play|load|gaits|probe)\b.*: ", field["description"]), f"{tool.name}: {name}"
+
+
 def test_the_docs_have_the_table_of_tools() -> None:
     page = Path(__file__).parents[2] / "docs" / "tools.md"
     for name, tools in (("TOOLS", TOOLS), ("OWNER_TOOLS", OWNER_TOOLS)):

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from tests.scenes import small_arm
 
+from aidsr.learn.rl.plausibility import START_LENGTHS
 from aidsr.tools import TOOLS, Workspace
 
 BASES = "commands the speed of base_{}, -0.1 to 0.1 m/s, until it is at an end of -0.1 to 0.1 m"
@@ -33,6 +35,19 @@ def test_a_scene_says_which_commands_of_the_environment_a_script_has(tmp_path: P
     assert f"\n{rest}pull_right at -1, {base_z}\n" in played("pull_left: 1\nbase_y: 1")
     assert played("pull_left: 1\npull_right: 0\nbase_y: 1", variations=[0, 1]).endswith(f"\n{rest}{base_z}")
     assert rest not in played("pull_left: 1\n*: 0")
+
+
+def test_a_scene_says_how_far_from_its_mount_a_robot_may_start(tmp_path: Path) -> None:
+    assert START_LENGTHS == 0.5
+    assert "farther from its mount than half of its length makes no valid policy" in TOOLS["assemble"].description
+    work, told = assembled(tmp_path, "button_pushing")
+    limit = "(valid: at most 0.5 of its length, 119 mm)"
+    assert f"how far the nearest part of the robot is from the mount at the start: 0 mm {limit}" in told
+    placement = {"mount": "mount", "base": "fixed", "position_m": [0.2, 0, 0]}
+    far = TOOLS["assemble"].call(work, {"robot": "robot_1", "task": "button_pushing", "placement": placement}).text
+    found = re.search(r"^too far for a valid policy: how far the nearest part .* at the start: (\d+) mm \(", far, re.M)
+    assert found is not None
+    assert 150 < int(found[1]) < 200
 
 
 def test_what_the_job_itself_drives_is_told_to_be_out_of_reach(tmp_path: Path) -> None:

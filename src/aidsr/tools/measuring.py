@@ -35,11 +35,14 @@ _MOST_VARIATIONS = 8
 What = Literal["bends", "load", "clearances", "gaits", "play", "probe"]
 Pairs = Annotated[
     tuple[tuple[str, str], ...],
-    Field(description="Pairs of sites (points), geoms or bodies (their surfaces) whose distance is measured."),
+    Field(description="Pairs of sites (points), geoms or bodies (their surfaces) whose distance is measured, in mm."),
 ]
 Several = Annotated[
     tuple[Annotated[int, Field(ge=0)], ...],
-    Field(max_length=_MOST_VARIATIONS, description="play: several development variations, a row for each."),
+    Field(
+        max_length=_MOST_VARIATIONS,
+        description="Several development variations that a script is played in, a row for each.",
+    ),
 ]
 Seed = Annotated[int, Field(ge=0)]
 _MOST_VALUES = 12
@@ -57,16 +60,32 @@ _LARGEST_FORCE_N = 1e4
 class How(Artifact):
     """Details of a measurement; each has a default."""
 
-    part: Annotated[str, Field(description="load: body or site; the functional part unless given.")] = ""
-    force_n: Annotated[float, Field(gt=0, le=_LARGEST_FORCE_N, description="load: size of the force.")] = 0.5
-    direction: Annotated[Vec3, Field(description="load: of the force, in world axes.")] = (0.0, 0.0, -1.0)
+    part: Annotated[str, Field(description="Body or site that a load is put on; the functional part unless given.")] = (
+        ""
+    )
+    force_n: Annotated[float, Field(gt=0, le=_LARGEST_FORCE_N, description="Size of the load, in N.")] = 0.5
+    direction: Annotated[Vec3, Field(description="Direction of the load in world axes, of any length.")] = (
+        0.0,
+        0.0,
+        -1.0,
+    )
     pairs: Pairs = ()
-    gaits: Annotated[int, Field(ge=1, le=MOST_GAITS, description="gaits: how many.")] = 12
-    seconds: Annotated[float, Field(ge=0, description="gaits: 4 unless given; play, probe: the job's time.")] = 0.0
-    script: Annotated[str, Field(description="play: the script.")] = ""
-    variation: Annotated[int, Field(ge=0, description="gaits, play: which development variation.")] = 0
+    gaits: Annotated[int, Field(ge=1, le=MOST_GAITS, description="How many random gaits.")] = 12
+    seconds: Annotated[
+        float,
+        Field(
+            ge=0,
+            description="How long each gait, script or motion lasts, in s; 4 for gaits, else by the job's time.",
+        ),
+    ] = 0.0
+    script: Annotated[str, Field(description="The motion script that is played.")] = ""
+    variation: Annotated[
+        int, Field(ge=0, description="The development variation that gaits or a script are played in.")
+    ] = 0
     variations: Several = ()
-    seeds: Annotated[tuple[Seed, ...], Field(min_length=1, description="gaits (the first), probe.")] = (0,)
+    seeds: Annotated[
+        tuple[Seed, ...], Field(min_length=1, description="Of as many searches; gaits are drawn by the first.")
+    ] = (0,)
 
 
 _DEFAULT = How()
@@ -77,7 +96,7 @@ def play(
     scene: SceneName,
     script: Annotated[str, Field(description=GRAMMAR)],
     variation: Annotated[int, Field(ge=0, description="Which of the job's development variations.")] = 0,
-    seconds: Annotated[float, Field(ge=0, description="How long; the job's time unless given.")] = 0.0,
+    seconds: Annotated[float, Field(ge=0, description="How long, in s; the job's time unless given.")] = 0.0,
     distances: Pairs = (),
     variations: Several = (),
 ) -> Result:
@@ -98,7 +117,9 @@ def probe(
     scene: SceneName,
     seeds: Annotated[tuple[Seed, ...], Field(description="Of as many searches.")] = (0, 1),
     variations: Annotated[int, Field(ge=1, le=8, description="Development variations, each searched for itself.")] = 1,
-    seconds: Annotated[float, Field(ge=0, description="Of each motion tried; at most 15 unless given.")] = 0.0,
+    seconds: Annotated[
+        float, Field(ge=0, description="How long each motion is tried, in s; at most 15 unless given.")
+    ] = 0.0,
     steps: Annotated[
         int,
         Field(ge=0, le=_MOST_STEPS, description="Physics steps of each search; by the job's time unless given."),
@@ -121,9 +142,9 @@ def measure(
     what: Annotated[
         Literal["bends", "load", "clearances", "gaits"],
         Field(
-            description="bends: tip, angle and force under each actuator alone. load: sag of a part, and how far it "
-            "gives under a force. clearances: distances between named things, as drawn and at rest. gaits: heading "
-            "drift, velocity and first touch under random gaits, of a scene only."
+            description="bends: tip, angle, force and what is touched under each actuator alone. load: sag of a part, "
+            "and how far it gives under a force. clearances: distances between named things, as drawn and at rest. "
+            "gaits: heading drift, velocity and first touch under random gaits, of a scene only."
         ),
     ],
     subject: Subject,

@@ -19,9 +19,8 @@ from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.tasks import Feature, GoalTask, Task, Variation, apply_to_simulation
 from aidsr.tools.distances import distance_m, find_pairs
 from aidsr.tools.recording import Distance, Moment, Recording, Touch
+from aidsr.tools.resting import TOUCH_N
 
-_TOUCH_N = 1e-3
-"""Normal force from which a contact counts. Our choice: below the weight of any part."""
 _START_S = 0.3
 """What is touched before this is what the robot was placed on. Our choice: it falls a hand's breadth in this time."""
 _ROUNDING = 1e-6
@@ -182,7 +181,7 @@ class Recorder:
             geoms = [int(geom) for geom in data.contact.geom[index]]
             mine = [geom for geom in geoms if self._robot[model.geom_bodyid[geom]]]
             mujoco.mj_contactForce(model, data, index, force)
-            if force[0] < _TOUCH_N or not mine:
+            if force[0] < TOUCH_N or not mine:
                 continue
             if len(mine) == 2:
                 parts = sorted(self._names[model.geom_bodyid[geom]].removeprefix(ROBOT_PREFIX) for geom in mine)
