@@ -1,5 +1,6 @@
 """Finding runs by name, throwing them away and taking them back; who is at work; trainings and comparisons."""
 
+import json
 import os
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from aidsr.runs import EventLog, Library, Run, RunRecord
 from aidsr.runs.compare import Attempted, compare
 from aidsr.runs.events import Started, at_work
 from aidsr.runs.library import fingerprint
-from aidsr.runs.trainings import Inspection, Training, read_curve, trainings_of
+from aidsr.runs.trainings import Inspection, Training, learning_in_words, read_curve, trainings_of
 
 
 def written(folder: Path, name: str, started: str = "2026-01-31T10:00:00+00:00") -> Run:
@@ -125,6 +126,26 @@ def test_a_training_is_read_while_it_goes_on(tmp_path: Path) -> None:
     training.inspect(Inspection(plausible=False, text="it slides"))
     training.inspect(Inspection(plausible=True))
     assert training.inspection.read() == Inspection(plausible=True)
+
+
+def test_a_training_is_told_in_a_few_points(tmp_path: Path) -> None:
+    training = Training(tmp_path)
+    assert learning_in_words(training) == [], "not finished"
+    rows = [f"{steps},{steps / 10},9,{steps / 20_000},{steps / 10_000},1.0,0,10.0" for steps in range(100, 10_001, 100)]
+    head = "steps,wall_s,episodes,success_share,progress,reward,diverged,steps_per_s"
+    (tmp_path / "curve.csv").write_text("\n".join([head, "50,5,0,nan,nan,nan,0,10.0", *rows]) + "\n")
+    ended = {"steps": 10_000, "wall_s": 1000.0, "episodes": 1234, "diverged_episodes": 3, "stopped": "budget"}
+    (tmp_path / "training.json").write_text(json.dumps(ended))
+    took, curve = learning_in_words(training)
+    assert took == (
+        "trained for 16.7 minutes and 10,000 control steps, until all steps were used; "
+        "1,234 episodes, 3 of them diverged"
+    )
+    points = curve.partition("): ")[2].split("; ")
+    assert len(points) == 8
+    assert (points[0], points[-1]) == ("100: 0%, 0.01", "10,000: 50%, 1.00")
+    (tmp_path / "curve.csv").write_text(f"{head}\n50,5,0,nan,nan,nan,0,10.0\n")
+    assert learning_in_words(training)[1].startswith("no episode ended")
 
 
 @pytest.mark.parametrize("content", ["time,value\n1,2\n", "steps,wall_s\n1,2\n", "steps\nmany\n", b"\xff\xfe\n"])

@@ -231,6 +231,26 @@ def test_dynamic_catching_throws_differ_in_speed_and_place():
     assert (wait_s.min(), wait_s.max()) == pytest.approx((0.7, 0.85), abs=0.02)
 
 
+@pytest.mark.parametrize("name", list(TASKS))
+def test_each_variation_says_in_the_words_of_its_task_what_sets_it_apart(name):
+    task = load_task(name)
+    words = [task.variation("development", index).words for index in range(20)]
+    assert len(set(words)) == len(words)
+    assert all(20 < len(said) < 200 for said in words)
+
+
+def test_the_words_of_a_variation_are_of_its_numbers():
+    for variation in drawn("crank_turning")[:20]:
+        clockwise = variation.words.startswith("turn clockwise as the robot sees it;")
+        assert clockwise == (variation.parameters["direction"] == (1.0,))
+        (start,) = (change.value[0] for change in variation.changes if change.field == "qpos")
+        assert f"pin starts {np.rad2deg(start):+.0f} deg from the top" in variation.words
+    for variation in drawn("around_corners")[:20]:
+        (quat,) = (change.value for change in variation.changes if change.field == "body_quat")
+        side = "+x" if np.cos(np.deg2rad(yaw_deg(np.array([quat]))[0])) > 0 else "-x"
+        assert variation.words.startswith(f"first opening on the side of {side}, box turned ")
+
+
 def test_a_change_holds_plain_numbers():
     change = Change("body_pos", "button", (np.float64(1.0), 2, 3.0))
     assert [type(number) for number in change.value] == [float, float, float]

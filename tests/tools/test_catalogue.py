@@ -55,6 +55,23 @@ def test_every_tool_says_what_it_does_and_describes_its_arguments() -> None:
             assert schema["additionalProperties"] is False
 
 
+def test_what_valid_means_is_told_with_the_tools_that_say_it() -> None:
+    for word in ("plausible", "slack cables", "locked soft body", "other actuators"):
+        assert word in TOOLS["train"].description
+    assert "valid, which means what it means for train" in OWNER_TOOLS["evaluate"].description
+
+
+def test_what_is_measured_has_its_unit_and_no_prefix_of_another_tool() -> None:
+    for tool in (*TOOLS.values(), *OWNER_TOOLS.values()):
+        for schema in (tool.schema, *tool.schema.get("$defs", {}).values()):
+            for name, field in schema["properties"].items():
+                if name in ("seconds", "azimuth_deg", "elevation_deg", "force_n"):
+                    unit = {"seconds": "s", "force_n": "N"}.get(name, "deg")
+                    assert re.search(rf"\b(in|by) {unit}\b", field["description"]), f"{tool.name}: {name}"
+                if name != "what":
+                    assert not re.match(r"(play|load|gaits|probe)\b.*: ", field["description"]), f"{tool.name}: {name}"
+
+
 def test_the_docs_have_the_table_of_tools() -> None:
     page = Path(__file__).parents[2] / "docs" / "tools.md"
     for name, tools in (("TOOLS", TOOLS), ("OWNER_TOOLS", OWNER_TOOLS)):
@@ -131,7 +148,9 @@ def test_a_number_in_a_script_is_swept(tmp_path: Path) -> None:
 
 def test_several_variations_are_a_row_each_in_play_and_sweep(tmp_path: Path) -> None:
     work = with_cart(tmp_path)
-    _, head, *rows = call(work, "play", scene="scene_1", script="drive: 1", seconds=0.4, variations=[0, 3]).splitlines()
+    told = call(work, "play", scene="scene_1", script="drive: 1", seconds=0.4, variations=[0, 3])
+    _, head, *rows, won = told.splitlines()
+    assert won == "won 0 of 2"
     assert head.startswith("variation | best progress | ")
     assert [row.split(" | ")[0] for row in rows] == ["0", "3"]
     how = {"script": "drive: {x}", "seconds": 0.4, "variations": [0, 3]}
@@ -240,5 +259,10 @@ def test_a_short_training_is_told(tmp_path: Path) -> None:
     told = call(work, "train", scene="scene_1", steps=4000)
     assert told.startswith("after 4,000 steps: success in ")
     assert " of 20 development variations" in told
+    assert re.search(r"^what ended 20 episodes: .*\d+ by (success|the time limit of 4 s)", told, re.M)
+    assert re.search(
+        r"^trained for \d+\.\d minutes and [\d,]+ control steps, until (its policy|all steps) .*; ", told, re.M
+    )
+    assert "learning curve (steps: success, " in told
     score = OWNER_TOOLS["evaluate"].call(work, {"scene": "scene_1", "episodes": 20}).text
     assert " of 20 held-out variations" in score

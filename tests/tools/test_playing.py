@@ -11,9 +11,11 @@ from tests.tools.carts import cart
 
 from aidsr.core.artifacts import Placement, Robot
 from aidsr.core.errors import UserError
+from aidsr.core.formatting import format_number
 from aidsr.sim.assembly import assemble
 from aidsr.tasks import goal_task, read_goal
-from aidsr.tools.playing import play
+from aidsr.tools.playing import play, play_variations
+from aidsr.tools.recording import validity_in_words
 from aidsr.tools.scene import MeasuredScene
 
 
@@ -46,6 +48,18 @@ def test_the_first_wall_is_named_with_time_force_and_body(tmp_path: Path) -> Non
     assert touch.first_s == pytest.approx(0.45 / 0.5, abs=0.05)
     assert touch.mean_n == pytest.approx(500.0, rel=0.05), "stalled: kv times the speed that is asked for"
     assert "touches wall first at 0.9" in found.text()
+
+
+def test_the_peak_force_has_its_time_and_the_two_parts_that_touch(tmp_path: Path) -> None:
+    found = play(cart(tmp_path, 9.0), "drive: t=0 1, t=2 1, t=2.01 0.5")
+    (touch,) = found.touches
+    (peak,) = (figure for figure in found.figures if figure.name == "peak contact force")
+    assert (peak.value, touch.peak_by) == (touch.peak_n, "cart")
+    assert 0.9 - 0.05 <= touch.peak_s <= 2.05, "pressed half as hard from then on"
+    assert peak.cell == f"{format_number(touch.peak_n)} at {format_number(touch.peak_s)} s, cart on wall"
+    assert f"peak {format_number(touch.peak_n)} N at {format_number(touch.peak_s)} s by cart" in found.text()
+    (none,) = (one for one in play(cart(tmp_path, 9.0), "drive: 0").figures if one.name == "peak contact force")
+    assert none.cell == "0"
 
 
 def test_a_winch_with_a_time_constant_presses_as_hard_as_it_pulls(tmp_path: Path) -> None:
@@ -221,3 +235,36 @@ def test_a_motion_that_does_not_succeed_is_not_asked_what_it_needs(tmp_path: Pat
     found = play(arm_that_reaches(tmp_path, "0.15 0 0.108"), "pull_left: -1\npull_right: -1")
     assert found.not_valid is None
     assert "valid" not in found.text()
+
+
+def test_each_variation_says_what_sets_it_apart_and_whether_its_success_is_valid(tmp_path: Path) -> None:
+    scene = arm_that_reaches(tmp_path, "0.15 0 0.108")
+    assert scene.goal is not None
+    scene.goal.write_text(scene.goal.read_text() + "vary_m = [0.045, 0, 0]\n")
+    script = "pull_left: 1\npull_right: -1"
+    task = goal_task(read_goal(scene.goal), scene.mjcf)
+    found = play_variations(scene, script, variations=tuple(range(6)))
+    assert found == tuple(play(scene, script, variation=one.variation) for one in found), "as each is played alone"
+    for one in found:
+        ((x_m, _, _),) = (change.value for change in task.variation("development", one.variation).changes)
+        assert one.varied == f"flag {1000 * (x_m - 0.15):+.1f} mm along x"
+        assert f"in this variation: {one.varied}" in one.text()
+        assert one.phase.endswith("; valid") == one.succeeded
+    won = [str(one.variation) for one in found if one.succeeded]
+    assert 0 < len(won) < 6
+    assert validity_in_words(found).startswith(f"won {len(won)} of 6. A policy that does the same would be valid in ")
+    assert f"valid in {', '.join(won)}: " in validity_in_words(found)
+
+
+def test_variations_that_are_won_without_cables_are_told_from_those_that_need_them(tmp_path: Path) -> None:
+    scene = arm_that_reaches(tmp_path, "0 0 0.38")
+    assert scene.goal is not None
+    scene.goal.write_text(scene.goal.read_text() + "vary_m = [0.06, 0, 0]\n")
+    found = play_variations(scene, "pull_left: -0.95", variations=tuple(range(8)))
+    assert any(one.not_valid for one in found)
+    told = validity_in_words(found)
+    for one in found:
+        listed = re.search(rf"not valid in [\d, ]*\b{one.variation}\b", told)
+        assert bool(listed) == bool(one.not_valid)
+        if one.not_valid:
+            assert one.phase.endswith(f"; not valid: {' and '.join(one.not_valid)}")

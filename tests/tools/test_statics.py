@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 
@@ -55,6 +56,24 @@ def balance(moment: float) -> float:
     for _ in range(200):
         angle += 0.3 * (moment * math.cos(angle) / STIFFNESS - angle)
     return angle
+
+
+def test_what_a_bent_limb_presses_on_is_named_with_its_force() -> None:
+    stop = '<geom name="stop" type="box" size="0.2 0.2 0.01" pos="0.1 0 0.03"/>'
+    found = bends(alone(limb().replace("<worldbody>", f"<worldbody>{stop}")))
+    angle = math.asin(0.019 / LENGTH_M)
+    force_n = (5.0 * ARM_M - STIFFNESS * angle) / (LENGTH_M * math.cos(angle))
+    told = re.search(r"deg; touches stop with link \((\S+) N\)$", found.text, re.M)
+    assert told is not None
+    assert float(told[1]) == pytest.approx(force_n, rel=0.05), "balance of moments"
+    assert "touches" not in bends(alone(limb())).text
+
+
+def test_what_is_touched_at_rest_is_told_once() -> None:
+    stop = '<geom name="stop" type="box" size="0.2 0.2 0.01" pos="0.1 0 -0.011"/>'
+    told = bends(alone(limb(gravity=9.81).replace("<worldbody>", f"<worldbody>{stop}"))).text
+    assert "from where the robot rests. There it touches stop with link (" in told
+    assert told.count("touches") == 1
 
 
 def test_a_limb_sags_until_its_spring_balances_its_weight() -> None:

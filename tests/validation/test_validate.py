@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 
@@ -62,6 +63,27 @@ def test_a_scene_says_where_its_functional_part_is() -> None:
     scene, alone = (examine_text(mjcf, drive=False).report for mjcf in (text, text.replace("functional_part", "tip")))
     assert scene.measurements["functional_part_m"] == pytest.approx([0.1, 0, 0.5])
     assert "functional_part_m" not in alone.measurements
+
+
+def test_a_scene_says_where_its_functional_part_rests_and_is_pulled_to() -> None:
+    # one hinge, no gravity: the cable's moment of 0.05 N m turns a spring of 0.1 N m/rad by 0.5 rad
+    limb = """<mujoco><option timestep="0.001" gravity="0 0 0"/><worldbody>
+      <body name="ball" pos="0.5 0 0"><freejoint/><geom size="0.01" mass="0.01"/></body>
+      <body name="robot/base"><geom size="0.01" mass="0.1" pos="-0.03 0 0"/><body name="robot/link">
+        <joint name="robot/bend" axis="0 1 0" stiffness="0.1" damping="0.01"/>
+        <geom size="0.001" pos="0.1 0 0" mass="0.05"/><site name="robot/functional_part" pos="0.1 0 0"/>
+      </body></body></worldbody>
+      <tendon><fixed name="robot/cable"><joint joint="robot/bend" coef="0.01"/></fixed></tendon>
+      <actuator><general name="robot/pull" tendon="robot/cable" ctrlrange="0 5" gainprm="-1"/></actuator></mujoco>"""
+    measured = examine_text(limb).report.measurements
+    assert measured["functional_part_at_rest_m"] == pytest.approx([0.1, 0, 0], abs=0.002)
+    (half, held) = measured["functional_part_pulled_m"]["robot/pull"]
+    assert held == pytest.approx([0.1 * math.cos(0.5), 0, 0.1 * math.sin(0.5)], abs=0.002)
+    assert 0.0 < half[2] < held[2], "the command had not come to its end"
+    assert measured["free_bodies_at_rest_m"] == {"ball": pytest.approx([0.5, 0, 0], abs=1e-6)}
+    assert (
+        "functional_part_pulled_m" not in examine_text(limb.replace("robot/functional_part", "tip")).report.measurements
+    )
 
 
 def test_a_report_survives_json() -> None:

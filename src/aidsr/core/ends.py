@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 
 from aidsr.core.artifacts import EpisodeResult, PassedLimit
@@ -31,6 +32,26 @@ def ends_in_words(episodes: Sequence[EpisodeResult], hold_s: float) -> list[str]
         longest = worst.model_copy(update={"time_s": max(limit.time_s for limit in some)})
         lines.append(f"a limit passed in {len(some)} of {len(episodes)}, at most: {longest.text}")
     return lines
+
+
+def rules_in_words(episodes: Sequence[EpisodeResult], *, time_limit_s: float, failure: str) -> str:
+    """Return in a line by which rule how many episodes ended.
+
+    Args:
+        episodes: The episodes.
+        time_limit_s: Of the task [s].
+        failure: What ends an episode of the task as lost, as a sentence; empty where nothing does.
+    """
+    rule = f"the task's own rule ({failure.rstrip('.')})" if failure else "the task's own rule"
+    rules = {
+        "succeeded": "success",
+        "out_of_time": f"the time limit of {time_limit_s:g} s",
+        "failed": rule,
+        "diverged": "a simulation that diverged",
+    }
+    counts = Counter(episode.ended for episode in episodes)
+    told = ", ".join(f"{count} by {rules[ended]}" for ended, count in counts.most_common())
+    return f"what ended {len(episodes)} episodes: {told}"
 
 
 def _fewer(episodes: Sequence[EpisodeResult]) -> int:

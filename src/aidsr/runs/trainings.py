@@ -19,6 +19,14 @@ from aidsr.runs.events import at_work
 from aidsr.runs.files import BytesFile, JsonFile, replace_file
 from aidsr.runs.folders import DesignFolder
 
+_CURVE_POINTS = 8
+"""Of a learning curve in words. Our choice: what a line holds."""
+_STOPPED = {
+    "budget": "all steps were used",
+    "saturated": "its policy succeeded nearly always",
+    "time": "its time was over",
+}
+
 
 class Inspection(Artifact):
     """A person's word on whether a trained robot moves as a continuum robot could.
@@ -145,6 +153,28 @@ def read_curve(training: Training) -> tuple[CurveRow, ...]:
         return ()
     except (KeyError, TypeError, ValueError) as error:  # a column, a field or a number that is not there
         raise UserError(f"cannot read the learning curve {path} ({error}); restore or remove it") from None
+
+
+def learning_in_words(training: Training) -> list[str]:
+    """Return how long a finished training took, why it stopped, and some points of its curve, in lines."""
+    result, curve = training.result.read() or {}, read_curve(training)
+    if not result:
+        return []
+    stopped = _STOPPED[result["stopped"]]
+    lines = [
+        f"trained for {result['wall_s'] / 60:.1f} minutes and {result['steps']:,} control steps, until {stopped}; "
+        f"{result['episodes']:,} episodes, {result['diverged_episodes']:,} of them diverged"
+    ]
+    told = [row for row in curve if row.success_share is not None]
+    if not told:
+        return [*lines, "no episode ended that tells how far the policy had come"]
+    last = len(told) - 1
+    picked = sorted({round(i * last / (_CURVE_POINTS - 1)) for i in range(_CURVE_POINTS)})
+    points = [f"{told[i].steps:,}: {told[i].success_share:.0%}, {told[i].progress or 0.0:.2f}" for i in picked]
+    return [
+        *lines,
+        f"learning curve (steps: success, progress at the end, of the latest episodes): {'; '.join(points)}",
+    ]
 
 
 def _row(row: dict[str, str]) -> CurveRow:

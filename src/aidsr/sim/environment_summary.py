@@ -50,7 +50,7 @@ def summarize_environment(environment: str, *, may_hold_robot: bool = False) -> 
         bodies=tuple(_body(model, data, body) for body in bodies),
         sites=tuple(_site(model, data, site) for site in range(model.nsite)),
         sensors=tuple(model.sensor(i).name for i in range(model.nsensor)),
-        actuators=tuple(_actuator(model, actuator) for actuator in range(model.nu)),
+        actuators=tuple(command_in_words(model, actuator) for actuator in range(model.nu)),
     )
 
 
@@ -114,8 +114,8 @@ def _joint(model: mujoco.MjModel, data: mujoco.MjData, joint: int) -> str:
     return words
 
 
-def _actuator(model: mujoco.MjModel, actuator: int) -> str:
-    """Say what a command means: a position, a speed or a force, in which unit, over which range."""
+def command_in_words(model: mujoco.MjModel, actuator: int) -> str:
+    """Say what a command of an actuator means: a position, a speed or a force, in which unit, over which range."""
     name = model.actuator(actuator).name or "actuator"
     joint = int(model.actuator_trnid[actuator, 0])
     if model.actuator_trntype[actuator] != _TRANSMISSION.mjTRN_JOINT:

@@ -47,6 +47,18 @@ class Variation:
     changes: tuple[Change, ...] = ()
     parameters: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     """What the scene itself cannot show, such as the order in which drawers are wanted; see `Readings.parameters`."""
+    words: str = ""
+    """What sets it apart in the task's own words, with units; empty where nothing does, or the task does not say."""
+
+
+def shift_words(x_m: float, y_m: float) -> str:
+    """Return in words how far something level is moved, "+8 mm along x, -3 mm along y"."""
+    return f"{1000 * x_m:+.1f} mm along x, {1000 * y_m:+.1f} mm along y"
+
+
+def turn_words(turn_deg: float) -> str:
+    """Return in words how far something is turned about the vertical, "12 deg to the left"."""
+    return f"{abs(turn_deg):.1f} deg to the {'left' if turn_deg >= 0 else 'right'}"
 
 
 def solid(name: str, shape: Shape, half_m: float, mass_kg: float) -> tuple[Change, ...]:

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from aidsr.core.artifacts import ActuatorGroup, Brief, Placement, Robot, Scene, ValidationReport
-from aidsr.core.errors import ReplyError, UserError
+from aidsr.core.errors import AidsrError, ReplyError, UserError
 from aidsr.core.formatting import format_number
 from aidsr.fixes.engine import fix as fix_mjcf
 from aidsr.mjcf.size_limits import SizeLimits
@@ -20,7 +20,8 @@ from aidsr.tasks import Level, Task
 from aidsr.tasks.targets import targets_and_mounts, targets_of
 from aidsr.teams.llm.patch import apply_patch
 from aidsr.teams.llm.replies import MAX_CHARACTERS
-from aidsr.tools.motions import controls
+from aidsr.tools.motions import controls, scene_facts
+from aidsr.tools.scene import MeasuredScene
 from aidsr.tools.tool import MOST_LINES, Result
 from aidsr.tools.workspace import MOUNTS, Workspace, is_own
 from aidsr.validation import validate as validate_mjcf
@@ -120,13 +121,28 @@ def assemble(
     task: TaskName = "",
     level: Annotated[Level, Field(description="How hard the task is.")] = "standard",
 ) -> Result:
-    """Place a robot in the environment of the job, keep the scene under a name, and validate it there."""
+    """Place a robot in the environment of the job, keep the scene under a name, and validate it there.
+
+    A robot that starts farther from its mount than half of its length makes no valid policy.
+    """
     name, at, found = workspace.task_of(task, level)
     made = place(workspace, workspace.robot(robot), placement, found, stand=stand)
     report = validate_mjcf(made.scene.mjcf, needs_contact=made.needs_contact)
     kept = workspace.add_scene(robot, made.scene, name, at, stable=report.stable)
     head = f"{kept}: {_verdict(report)}; {robot} in {name or 'the environment'}, file {kept}/scene.xml"
-    return Result(text="\n".join([head, *_faults(report), *made.notes, *made.scene.notes]))
+    return Result(
+        text="\n".join([head, *_faults(report), *made.notes, *made.scene.notes, *_scene_facts(workspace.subject(kept))])
+    )
+
+
+def _scene_facts(scene: MeasuredScene) -> tuple[str, ...]:
+    """Return where the robot of a scene starts and what a script may command, or why none can be played."""
+    if not scene.has_job:
+        return ()
+    try:
+        return scene_facts(scene)
+    except AidsrError as error:
+        return (f"no script can be played in it: {error}",)
 
 
 @dataclass(frozen=True)
@@ -163,10 +179,13 @@ def look(
     workspace: Workspace,
     subject: Subject,
     script: Annotated[str, Field(description="Show five moments of this motion script, of a scene only.")] = "",
-    seconds: Annotated[float, Field(gt=0, le=60, description="Of the script.")] = 6.0,
-    azimuth_deg: Annotated[float | None, Field(description="Azimuth of the camera; chosen unless given.")] = None,
+    seconds: Annotated[float, Field(gt=0, le=60, description="How long the script is played, in s.")] = 6.0,
+    azimuth_deg: Annotated[
+        float | None, Field(description="Azimuth of the camera, in deg; chosen unless given.")
+    ] = None,
     elevation_deg: Annotated[
-        float | None, Field(description="0 level, -90 straight down; chosen unless given.")
+        float | None,
+        Field(description="Elevation of the camera, in deg: 0 level, -90 straight down; chosen unless given."),
     ] = None,
 ) -> Result:
     """Draw a robot or a scene as it is at the start, or a strip of moments of a script."""

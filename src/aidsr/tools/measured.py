@@ -20,11 +20,18 @@ class Figure(Artifact):
     name: str
     value: float
     unit: str = ""
+    note: str = ""
+    """When or where it was, in a clause."""
 
     @property
     def text(self) -> str:
         """The number with its unit."""
         return f"{format_value(self.value)} {self.unit}".strip()
+
+    @property
+    def cell(self) -> str:
+        """The number as a cell of a table, whose column has the unit."""
+        return f"{format_value(self.value)} {self.note}".strip()
 
 
 class Measured(Artifact):
@@ -34,7 +41,9 @@ class Measured(Artifact):
     lines: tuple[str, ...] = ()
     """What the figures were read off, one thing each."""
     remark: str = ""
-    """What a row of a table says beside its figures."""
+    """What a row of a table says behind its figures."""
+    setting: str = ""
+    """What sets the variation apart in which it was measured; a row of a table says it before its figures."""
 
     def figure(self, name: str) -> float:
         """Return the value of a figure.

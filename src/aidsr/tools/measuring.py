@@ -10,20 +10,21 @@ from xml.sax.saxutils import quoteattr
 from pydantic import Field
 
 from aidsr.core.artifacts import Artifact, Vec3
-from aidsr.core.ends import ends_in_words
+from aidsr.core.ends import ends_in_words, rules_in_words
 from aidsr.core.errors import AidsrError, ReplyError, UserError
 from aidsr.core.extras import require_extra
 from aidsr.core.numbered import numbered_in
 from aidsr.learn.openloop.film import film
+from aidsr.runs.trainings import Training, learning_in_words
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.tasks import Split
 from aidsr.teams.llm.patch import apply_patch
 from aidsr.tools.building import SceneName, Subject, place, unstable
 from aidsr.tools.gaits import MOST_GAITS, random_gaits
-from aidsr.tools.measured import Measured, format_value
-from aidsr.tools.playing import play as play_script
+from aidsr.tools.measured import Measured
+from aidsr.tools.playing import play_variations
 from aidsr.tools.probing import probe_motions
-from aidsr.tools.recording import Recording
+from aidsr.tools.recording import Recording, validity_in_words
 from aidsr.tools.scene import MeasuredScene
 from aidsr.tools.script import GRAMMAR
 from aidsr.tools.statics import bends, clearances, load
@@ -34,11 +35,14 @@ _MOST_VARIATIONS = 8
 What = Literal["bends", "load", "clearances", "gaits", "play", "probe"]
 Pairs = Annotated[
     tuple[tuple[str, str], ...],
-    Field(description="Pairs of sites (points), geoms or bodies (their surfaces) whose distance is measured."),
+    Field(description="Pairs of sites (points), geoms or bodies (their surfaces) whose distance is measured, in mm."),
 ]
 Several = Annotated[
     tuple[Annotated[int, Field(ge=0)], ...],
-    Field(max_length=_MOST_VARIATIONS, description="play: several development variations, a row for each."),
+    Field(
+        max_length=_MOST_VARIATIONS,
+        description="Several development variations that a script is played in, a row for each.",
+    ),
 ]
 Seed = Annotated[int, Field(ge=0)]
 _MOST_VALUES = 12
@@ -56,16 +60,32 @@ _LARGEST_FORCE_N = 1e4
 class How(Artifact):
     """Details of a measurement; each has a default."""
 
-    part: Annotated[str, Field(description="load: body or site; the functional part unless given.")] = ""
-    force_n: Annotated[float, Field(gt=0, le=_LARGEST_FORCE_N, description="load: size of the force.")] = 0.5
-    direction: Annotated[Vec3, Field(description="load: of the force, in world axes.")] = (0.0, 0.0, -1.0)
+    part: Annotated[str, Field(description="Body or site that a load is put on; the functional part unless given.")] = (
+        ""
+    )
+    force_n: Annotated[float, Field(gt=0, le=_LARGEST_FORCE_N, description="Size of the load, in N.")] = 0.5
+    direction: Annotated[Vec3, Field(description="Direction of the load in world axes, of any length.")] = (
+        0.0,
+        0.0,
+        -1.0,
+    )
     pairs: Pairs = ()
-    gaits: Annotated[int, Field(ge=1, le=MOST_GAITS, description="gaits: how many.")] = 12
-    seconds: Annotated[float, Field(ge=0, description="gaits: 4 unless given; play, probe: the job's time.")] = 0.0
-    script: Annotated[str, Field(description="play: the script.")] = ""
-    variation: Annotated[int, Field(ge=0, description="gaits, play: which development variation.")] = 0
+    gaits: Annotated[int, Field(ge=1, le=MOST_GAITS, description="How many random gaits.")] = 12
+    seconds: Annotated[
+        float,
+        Field(
+            ge=0,
+            description="How long each gait, script or motion lasts, in s; 4 for gaits, else by the job's time.",
+        ),
+    ] = 0.0
+    script: Annotated[str, Field(description="The motion script that is played.")] = ""
+    variation: Annotated[
+        int, Field(ge=0, description="The development variation that gaits or a script are played in.")
+    ] = 0
     variations: Several = ()
-    seeds: Annotated[tuple[Seed, ...], Field(min_length=1, description="gaits (the first), probe.")] = (0,)
+    seeds: Annotated[
+        tuple[Seed, ...], Field(min_length=1, description="Of as many searches; gaits are drawn by the first.")
+    ] = (0,)
 
 
 _DEFAULT = How()
@@ -76,7 +96,7 @@ def play(
     scene: SceneName,
     script: Annotated[str, Field(description=GRAMMAR)],
     variation: Annotated[int, Field(ge=0, description="Which of the job's development variations.")] = 0,
-    seconds: Annotated[float, Field(ge=0, description="How long; the job's time unless given.")] = 0.0,
+    seconds: Annotated[float, Field(ge=0, description="How long, in s; the job's time unless given.")] = 0.0,
     distances: Pairs = (),
     variations: Several = (),
 ) -> Result:
@@ -85,7 +105,8 @@ def play(
     how = How(script=script, variation=variation, variations=variations, seconds=seconds, pairs=distances)
     played = _play_all(subject, how)
     if len(played) > 1:
-        lines = _table("variation", [(str(one.variation), _measured(one)) for one in played])
+        rows = [(str(one.variation), _measured(one)) for one in played]
+        lines = [*_table("variation", rows), validity_in_words(played), *played[0].commands]
     else:
         lines = [played[0].text(), f"every control step: read {workspace.add_file(played[0].csv(), 'csv')}"]
     return Result(text="\n".join([*unstable(workspace, scene), *lines]))
@@ -96,7 +117,9 @@ def probe(
     scene: SceneName,
     seeds: Annotated[tuple[Seed, ...], Field(description="Of as many searches.")] = (0, 1),
     variations: Annotated[int, Field(ge=1, le=8, description="Development variations, each searched for itself.")] = 1,
-    seconds: Annotated[float, Field(ge=0, description="Of each motion tried; at most 15 unless given.")] = 0.0,
+    seconds: Annotated[
+        float, Field(ge=0, description="How long each motion is tried, in s; at most 15 unless given.")
+    ] = 0.0,
     steps: Annotated[
         int,
         Field(ge=0, le=_MOST_STEPS, description="Physics steps of each search; by the job's time unless given."),
@@ -119,9 +142,9 @@ def measure(
     what: Annotated[
         Literal["bends", "load", "clearances", "gaits"],
         Field(
-            description="bends: tip, angle and force under each actuator alone. load: sag of a part, and how far it "
-            "gives under a force. clearances: distances between named things, as drawn and at rest. gaits: heading "
-            "drift, velocity and first touch under random gaits, of a scene only."
+            description="bends: tip, angle, force and what is touched under each actuator alone. load: sag of a part, "
+            "and how far it gives under a force. clearances: distances between named things, as drawn and at rest. "
+            "gaits: heading drift, velocity and first touch under random gaits, of a scene only."
         ),
     ],
     subject: Subject,
@@ -179,22 +202,20 @@ def _table(varied: str, rows: Sequence[tuple[str, Measured | AidsrError]], what:
             lines.append(f"{value} | failed: {found}")
             continue
         titles = [f"{each.name} {each.unit}".strip() for each in found.figures]
-        remark = [found.remark] if found.remark else []
-        head = " | ".join([*titles, *(["came to"] if remark else [])])
-        lines.append(" | ".join([value, *(format_value(each.value) for each in found.figures), *remark]))
+        setting, remark = ([words] if words else [] for words in (found.setting, found.remark))
+        head = " | ".join([*(["what differs"] if setting else []), *titles, *(["came to"] if remark else [])])
+        lines.append(" | ".join([value, *setting, *(each.cell for each in found.figures), *remark]))
     return [f"{varied} | {head}", *lines]
 
 
 def _play_all(subject: MeasuredScene, how: How) -> list[Recording]:
     """Return what a script does in each of the variations that are asked for."""
-    return [
-        play_script(subject, how.script, variation=variation, seconds=how.seconds, distances=how.pairs)
-        for variation in how.variations or (how.variation,)
-    ]
+    variations = how.variations or (how.variation,)
+    return list(play_variations(subject, how.script, variations=variations, seconds=how.seconds, distances=how.pairs))
 
 
 def _measured(played: Recording) -> Measured:
-    return Measured(figures=played.figures, remark=played.phase)
+    return Measured(figures=played.figures, remark=played.phase, setting=played.varied)
 
 
 def train(
@@ -202,9 +223,10 @@ def train(
     scene: SceneName,
     steps: Annotated[int, Field(ge=2000, le=500_000, description="Control steps.")] = 50_000,
 ) -> Result:
-    """Train a policy and say how many development variations it wins and whether it is valid; takes many minutes.
+    """Train a policy and say how it learned, how many development variations it wins and whether it is valid.
 
-    Valid is what plausible physics, cables and soft limbs do: with slack cables or locked limbs the policy must lose.
+    Takes many minutes. Valid means: the physics is plausible, with slack cables or a locked soft body the policy loses,
+    and without the robot's other actuators it still wins.
     """
     require_extra("rl", "training")
     from aidsr.learn.rl.evaluation import LEAST_EPISODES
@@ -232,7 +254,8 @@ def train(
         again=False,
         listen=lambda _point: None,
     )
-    return _judged(folder, LEAST_EPISODES, "development", f"after {steps:,} steps: ")
+    found = _judged(subject, folder, LEAST_EPISODES, "development", f"after {steps:,} steps: ")
+    return found.model_copy(update={"text": "\n".join([found.text, *learning_in_words(Training(folder))])})
 
 
 def evaluate(
@@ -240,17 +263,21 @@ def evaluate(
     scene: SceneName,
     episodes: Annotated[int, Field(ge=20, le=_MOST_EPISODES, description="Held-out variations.")] = 100,
 ) -> Result:
-    """Score the last trained policy of a scene on held-out variations, by which nothing is to be designed."""
+    """Score the last trained policy of a scene on held-out variations, by which nothing is to be designed.
+
+    Says how many it wins and whether it is valid, which means what it means for train.
+    """
     require_extra("rl", "evaluating a policy")
+    subject = workspace.subject(scene)
     finished = [
         path for path in numbered_in(workspace.folder_of(scene) / _TRAININGS) if (path / "training.json").is_file()
     ]
     if not finished:
         raise UserError(f"{scene} has no trained policy; train it first")
-    return _judged(finished[-1], episodes, "held_out", "")
+    return _judged(subject, finished[-1], episodes, "held_out", "")
 
 
-def _judged(folder: Path, episodes: int, split: Split, head: str) -> Result:
+def _judged(subject: MeasuredScene, folder: Path, episodes: int, split: Split, head: str) -> Result:
     """Return how a trained policy does on as many variations of a split."""
     from aidsr.learn.rl.isolated_learning import run_evaluation
 
@@ -258,10 +285,12 @@ def _judged(folder: Path, episodes: int, split: Split, head: str) -> Result:
     rate = found.success_rate
     progress = sum(one.best_progress for one in found.episodes) / len(found.episodes)
     low, high = rate.interval.low, rate.interval.high
+    task = subject.measure()
     lines = [
         f"{head}success in {rate.share:.0%} of {len(found.episodes)} {split.replace('held_out', 'held-out')} "
         f"variations (Wilson {low:.0%} to {high:.0%}), best progress {progress:.2f} on average, "
         f"{'' if found.valid else 'not '}valid",
+        rules_in_words(found.episodes, time_limit_s=task.time_limit_s, failure=task.criteria.failure),
         *ends_in_words(found.episodes, found.hold_s),
         *(f"not plausible: {check.message}" for check in found.checks if not check.passed),
     ]

@@ -17,6 +17,30 @@ class Controls(Artifact):
 
 
 @isolated
+def scene_facts(scene: MeasuredScene) -> tuple[str, ...]:
+    """Return in lines how far its robot starts from the mount, and what a script may command in a scene.
+
+    Raises:
+        UserError: Nothing can be commanded, or the scene is not one of its task.
+        MjcfError: The scene cannot be loaded.
+    """
+    from aidsr.learn.rl.plausibility import start_check
+    from aidsr.sim.structure import read_structure
+    from aidsr.tools.commands import commands_in_words
+
+    loaded = scene.load()
+    structure = read_structure(loaded.model)
+    start, length_mm = start_check(loaded.model, structure), 1000 * structure.characteristic_length_m
+    assert start.measured is not None, "it is a distance"
+    told = "" if start.passed else "too far for a valid policy: "
+    return (
+        f"{told}{start.message}: {start.measured * length_mm:.0f} mm (valid: at most {start.limit:g} of its length, "
+        f"{start.limit * length_mm:.0f} mm)",
+        *commands_in_words(loaded),
+    )
+
+
+@isolated
 def controls(scene: MeasuredScene, script: str, seconds: float) -> Controls:
     """Return the controls of a scene under a script; what the environment itself drives stays at 0.
 

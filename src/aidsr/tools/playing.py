@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from aidsr.sandbox.isolated import isolated
@@ -15,12 +15,13 @@ if TYPE_CHECKING:
 
     from aidsr.learn.episodes.rollout import Policy
     from aidsr.learn.episodes.scene import TaskScene
+    from aidsr.tasks.readings import BoolArray
+    from aidsr.tools.script import Script, ScriptPolicy
 
-_LIMITS = Limits(wall_s=900.0, cpu_s=600.0)
-"""Our choice: many times what an episode of the largest built-in body takes."""
+_LIMITS = Limits(wall_s=7200.0, cpu_s=4800.0)
+"""Our choice: many times what eight episodes of the largest built-in body take."""
 
 
-@isolated(limits=_LIMITS)
 def play(
     scene: MeasuredScene,
     script: str,
@@ -29,15 +30,28 @@ def play(
     seconds: float = 0.0,
     distances: Sequence[tuple[str, str]] = (),
 ) -> Recording:
-    """Play a script from the beginning of an episode and return what happened.
+    """Play a script from the beginning of one episode; see `play_variations`."""
+    return play_variations(scene, script, variations=(variation,), seconds=seconds, distances=distances)[0]
 
-    One that succeeds is played again as `aidsr evaluate` does for the verdict "valid": with slack cables, with a locked
-    soft body, and without the other actuators.
+
+@isolated(limits=_LIMITS)
+def play_variations(
+    scene: MeasuredScene,
+    script: str,
+    *,
+    variations: Sequence[int],
+    seconds: float = 0.0,
+    distances: Sequence[tuple[str, str]] = (),
+) -> tuple[Recording, ...]:
+    """Play a script from the beginning of an episode of each variation and return what happened.
+
+    Those that succeed are played again as `aidsr evaluate` does for the verdict "valid": with slack cables, with a
+    locked soft body, and without the other actuators; all of them side by side.
 
     Args:
         scene: The scene.
         script: See `aidsr.tools.script.GRAMMAR`.
-        variation: Index of the development variation.
+        variations: Indices of the development variations.
         seconds: How long to play; the task's time limit unless given.
         distances: Pairs of sites, or of geoms or bodies, whose distance is measured at every control step.
 
@@ -49,38 +63,49 @@ def play(
     from aidsr.tools.script import parse_script
 
     loaded, tracks = scene.load(), parse_script(script)
-    names = [group.name for group in loaded.actions.groups]
-
-    def motion() -> Policy:
-        return tracks.played_by(names, loaded.actions.rest, loaded.task.control_dt_s)
-
-    played = record(loaded, motion(), variation=variation, seconds=seconds, distances=distances)
-    return (
-        played.model_copy(update={"not_valid": _not_valid(loaded, motion, variation)}) if played.succeeded else played
-    )
+    played = [
+        record(loaded, _motion(loaded, tracks), variation=variation, seconds=seconds, distances=distances)
+        for variation in variations
+    ]
+    won = [one.variation for one in played if one.succeeded]
+    reasons = dict(zip(won, _not_valid(loaded, tracks, won), strict=True)) if won else {}
+    return tuple(one.model_copy(update={"not_valid": reasons.get(one.variation)}) for one in played)
 
 
-def _not_valid(scene: TaskScene, motion: Callable[[], Policy], variation: int) -> tuple[str, ...]:
-    """Return in clauses why a motion that succeeds is not the work of cables and soft body; empty where it is."""
+def _motion(scene: TaskScene, tracks: Script) -> ScriptPolicy:
+    """Return what plays a script in a scene, from its beginning."""
+    names = [group.name for group in scene.actions.groups]
+    return tracks.played_by(names, scene.actions.rest, scene.task.control_dt_s)
+
+
+def _not_valid(scene: TaskScene, tracks: Script, won: Sequence[int]) -> list[tuple[str, ...]]:
+    """Return for each variation that a script wins why this is not the work of cables and soft body, in clauses.
+
+    Empty where it is.
+    """
     from aidsr.learn.episodes.batch import Episodes
     from aidsr.learn.episodes.rollout import rollout
     from aidsr.sim.deactivate import other_actuators, with_locked_soft_body, without_cables, without_other_actuators
     from aidsr.sim.structure import read_structure
 
-    chosen, structure = scene.task.variation("development", variation), read_structure(scene.model)
+    chosen, structure = [scene.task.variation("development", index) for index in won], read_structure(scene.model)
 
-    def wins(model: MjModel) -> bool:
-        return bool(rollout(Episodes(model, scene.task, scene.actions, [chosen], threads=1), motion()).success[0])
+    def wins(model: MjModel) -> BoolArray:
+        episodes = Episodes(model, scene.task, scene.actions, chosen, threads=1)
+        return rollout(episodes, _motion(scene, tracks)).success
 
-    clauses = []
-    if wins(without_cables(scene.model, structure)):
-        clauses.append("the same motion succeeds with every cable slack")
-    if wins(with_locked_soft_body(scene.model, structure)):
-        clauses.append("the same motion succeeds with the joints of the soft body locked")
     others = other_actuators(structure)
-    if others and not wins(without_other_actuators(scene.model, structure)):
-        clauses.append(f"it fails without the {len(others)} actuators of the robot that pull on no cable")
-    return tuple(clauses)
+    found = [
+        ("the same motion succeeds with every cable slack", wins(without_cables(scene.model, structure))),
+        (
+            "the same motion succeeds with the joints of the soft body locked",
+            wins(with_locked_soft_body(scene.model, structure)),
+        ),
+    ]
+    if others:
+        alone = ~wins(without_other_actuators(scene.model, structure))
+        found.append((f"it fails without the {len(others)} actuators of the robot that pull on no cable", alone))
+    return [tuple(clause for clause, holds in found if holds[row]) for row in range(len(won))]
 
 
 def record(
@@ -94,6 +119,7 @@ def record(
     """Let a policy play one episode and return what happened; see `play`."""
     from aidsr.learn.episodes.batch import Episodes
     from aidsr.learn.episodes.rollout import rollout
+    from aidsr.tools.commands import unnamed_in_words
     from aidsr.tools.recorder import Recorder
     from aidsr.tools.script import ScriptPolicy
 
@@ -107,4 +133,8 @@ def record(
     if not isinstance(policy, ScriptPolicy):
         return played
     names = [group.name for group in scene.actions.groups]
-    return played.model_copy(update={"cut_off": policy.cut_off(names, played.duration_s)})
+    told = {
+        "cut_off": policy.cut_off(names, played.duration_s),
+        "commands": tuple(unnamed_in_words(scene, policy.unnamed)),
+    }
+    return played.model_copy(update=told)

@@ -19,9 +19,8 @@ from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.tasks import Feature, GoalTask, Task, Variation, apply_to_simulation
 from aidsr.tools.distances import distance_m, find_pairs
 from aidsr.tools.recording import Distance, Moment, Recording, Touch
+from aidsr.tools.resting import TOUCH_N
 
-_TOUCH_N = 1e-3
-"""Normal force from which a contact counts. Our choice: below the weight of any part."""
 _START_S = 0.3
 """What is touched before this is what the robot was placed on. Our choice: it falls a hand's breadth in this time."""
 _ROUNDING = 1e-6
@@ -36,6 +35,18 @@ class _Felt:
     bodies: dict[str, None] = field(default_factory=dict)
     first_s: float = 0.0
     forces_n: list[float] = field(default_factory=list)
+    peak: tuple[float, float, str] = (0.0, 0.0, "")
+    """The largest of the forces [N], when it was [s], and the body that pressed hardest then."""
+
+    def add(self, time_s: float, force_n: dict[str, float]) -> None:
+        """Add the forces of the robot's bodies at one time [N]."""
+        self.bodies |= dict.fromkeys(force_n)
+        self.forces_n.append(sum(force_n.values()))
+        self.peak = max(self.peak, (self.forces_n[-1], time_s, max(force_n, key=force_n.__getitem__)), key=_force_n)
+
+
+def _force_n(peak: tuple[float, float, str]) -> float:
+    return peak[0]
 
 
 class Recorder:
@@ -54,7 +65,7 @@ class Recorder:
     def __init__(
         self, scene: TaskScene, variation: Variation, episodes: Episodes, distances: Sequence[tuple[str, str]]
     ) -> None:
-        self._task, self._episodes = scene.task, episodes
+        self._task, self._episodes, self._varied = scene.task, episodes, variation.words
         self._model = model = copy.copy(scene.model)
         self._data = mujoco.MjData(model)
         self._names = [model.body(body).name for body in range(model.nbody)]
@@ -96,13 +107,16 @@ class Recorder:
                 first_s=felt.first_s,
                 share=len(felt.forces_n) / steps,
                 mean_n=float(np.mean(felt.forces_n)),
-                peak_n=max(felt.forces_n),
+                peak_n=felt.peak[0],
+                peak_s=felt.peak[1],
+                peak_by=felt.peak[2],
                 at_start=felt.first_s <= _START_S,
             )
             for geom, felt in self._felt.items()
         ]
         return Recording(
             variation=variation,
+            varied=self._varied,
             ended=self._ended(outcomes),
             succeeded=bool(outcomes.success[0]),
             best_progress=float(outcomes.best_progress[0]),
@@ -161,13 +175,13 @@ class Recorder:
     def _feel(self, time_s: float) -> None:
         """Add the contacts of the present state."""
         model, data, force = self._model, self._data, np.zeros(6)
-        now: dict[str, float] = {}
+        now: dict[str, dict[str, float]] = {}
         itself: set[str] = set()
         for index in range(data.ncon):
             geoms = [int(geom) for geom in data.contact.geom[index]]
             mine = [geom for geom in geoms if self._robot[model.geom_bodyid[geom]]]
             mujoco.mj_contactForce(model, data, index, force)
-            if force[0] < _TOUCH_N or not mine:
+            if force[0] < TOUCH_N or not mine:
                 continue
             if len(mine) == 2:
                 parts = sorted(self._names[model.geom_bodyid[geom]].removeprefix(ROBOT_PREFIX) for geom in mine)
@@ -175,11 +189,11 @@ class Recorder:
                 continue
             (other,) = (geom for geom in geoms if geom not in mine)
             name = self._label(other)
-            felt = self._felt.setdefault(name, _Felt(first_s=time_s))
-            felt.bodies[self._names[model.geom_bodyid[mine[0]]].removeprefix(ROBOT_PREFIX)] = None
-            now[name] = now.get(name, 0.0) + float(force[0])
-        for name, force_n in now.items():
-            self._felt[name].forces_n.append(force_n)
+            body = self._names[model.geom_bodyid[mine[0]]].removeprefix(ROBOT_PREFIX)
+            forces = now.setdefault(name, {})
+            forces[body] = forces.get(body, 0.0) + float(force[0])
+        for name, forces in now.items():
+            self._felt.setdefault(name, _Felt(first_s=time_s)).add(time_s, forces)
         self._touches_itself.update(itself)
         self._itself += bool(itself)
 

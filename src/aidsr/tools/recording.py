@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 
 from aidsr.core.artifacts import Artifact, PassedLimit, Vec3
 from aidsr.core.formatting import format_number
@@ -30,6 +31,9 @@ class Touch(Artifact):
     mean_n: float
     """Normal forces together, while it was touched."""
     peak_n: float
+    """The largest of these at a control step, when it was, and which of the bodies pressed hardest then."""
+    peak_s: float
+    peak_by: str
     at_start: bool
     """Whether it was touched within 0.3 s, as what the robot was placed on."""
 
@@ -62,6 +66,8 @@ class Recording(Artifact):
 
     variation: int
     """Index among the development variations."""
+    varied: str
+    """What sets this variation apart, in the task's words; empty where nothing does."""
     ended: str
     """What ended it, in words."""
     succeeded: bool
@@ -95,6 +101,8 @@ class Recording(Artifact):
     """What progress is made of, where that is a person's own goal."""
     cut_off: tuple[str, ...] = ()
     """What the motion asks for beyond the control range, in clauses."""
+    commands: tuple[str, ...] = ()
+    """What a script leaves out that it could command, and what of the environment it cannot, in lines."""
     not_valid: tuple[str, ...] | None = None
     """Why this success is not the work of cables and soft body, in clauses; None where that was not tried."""
 
@@ -134,20 +142,30 @@ class Recording(Artifact):
             Figure(name="y", value=vy, unit="mm/s"),
             Figure(name="z", value=vz, unit="mm/s"),
             Figure(name="heading", value=self.heading_deg, unit="deg"),
-            Figure(name="peak contact force", value=max((touch.peak_n for touch in self.touches), default=0), unit="N"),
+            self._peak(),
             *(figure for one in self.distances for figure in _distance_figures(one)),
         )
 
+    def _peak(self) -> Figure:
+        """Return the largest force on a shape of the environment, with its time and who touched what."""
+        name, hardest = "peak contact force", max(self.touches, key=lambda touch: touch.peak_n, default=None)
+        if hardest is None:
+            return Figure(name=name, value=0.0, unit="N")
+        note = f"at {format_number(hardest.peak_s)} s, {hardest.peak_by} on {hardest.geom}"
+        return Figure(name=name, value=hardest.peak_n, unit="N", note=note)
+
     def text(self) -> str:
-        """Return the episode in at most 40 lines."""
+        """Return the episode in at most 45 lines."""
         lines = [
             f"{format_number(self.duration_s)} s of development variation {self.variation}. Ended: {self.ended}",
+            *([f"in this variation: {self.varied}"] if self.varied else []),
             self._progress(),
             *self._validity(),
             *(f"a limit passed: {limit.text}" for limit in self.passed),
             *self._against(),
             *(_overlap_line(*each) for each in self.overlaps),
             *self.cut_off,
+            *self.commands,
             self._way(),
             *self._touches(),
             *(_distance_line(one) for one in self.distances),
@@ -180,10 +198,15 @@ class Recording(Artifact):
 
     @property
     def phase(self) -> str:
-        """How far it came and what it passed first, in a clause."""
+        """How far it came, what it passed first, and whether such a policy would be valid, in clauses."""
         held = f", held {self.held_s:.3g} s of {self.hold_s:.3g} s" if self.held_s and not self.succeeded else ""
         passed = f"; {self.passed[0].text}" if self.passed else ""
-        return f"{self.reached}{held}{passed}" + (f"; not valid: {self.not_valid[0]}" if self.not_valid else "")
+        return f"{self.reached}{held}{passed}{self._valid_clause()}"
+
+    def _valid_clause(self) -> str:
+        if self.not_valid is None:
+            return ""
+        return f"; not valid: {' and '.join(self.not_valid)}" if self.not_valid else "; valid"
 
     def _validity(self) -> list[str]:
         if self.not_valid is None:
@@ -213,8 +236,8 @@ class Recording(Artifact):
             by = ", ".join(touch.bodies[:_MOST_BODIES]) + (f" and {more} more" if more > 0 else "")
             when = "at the start" if touch.at_start else f"first at {format_number(touch.first_s)} s"
             lines.append(
-                f"touches {touch.geom} {when}, {touch.share:.0%} of the time, mean {format_number(touch.mean_n)} N, "
-                f"peak {format_number(touch.peak_n)} N, by {by}"
+                f"touches {touch.geom} {when}, {touch.share:.0%} of the time, mean {format_number(touch.mean_n)} N, by "
+                f"{by}; peak {format_number(touch.peak_n)} N at {format_number(touch.peak_s)} s by {touch.peak_by}"
             )
         if len(self.touches) > _MOST_CONTACTS:
             lines.append(f"touches {len(self.touches) - _MOST_CONTACTS} more shapes")
@@ -241,6 +264,23 @@ class Recording(Artifact):
             row = f"{moment.time_s:.2f} | {moment.progress:.2f} | {_place(moment.center_m)} | {moment.heading_deg:+.1f}"
             rows.append(row + "".join(f" | {1000 * value:.1f}" for value in moment.distances_m))
         return rows
+
+
+def validity_in_words(played: Sequence[Recording]) -> str:
+    """Return how many variations `play_variations` won, and in which of these a policy that does the same is valid."""
+    won = [one for one in played if one.succeeded]
+    line = f"won {len(won)} of {len(played)}"
+    if not won:
+        return line
+    groups = (
+        ("valid", [str(one.variation) for one in won if not one.not_valid]),
+        ("not valid", [str(one.variation) for one in won if one.not_valid]),
+    )
+    told = ", ".join(f"{word} in {', '.join(those)}" for word, those in groups if those)
+    return (
+        f"{line}. A policy that does the same would be {told}: each that was won is played again with slack cables, "
+        "with a locked soft body, and without other actuators"
+    )
 
 
 def _distance_figures(one: Distance) -> tuple[Figure, Figure]:

@@ -20,6 +20,9 @@ from aidsr.validation.mount import mount_model
 
 Vector = NDArray[np.float64]
 
+TOUCH_N = 1e-3
+"""Normal force from which a contact counts. Our choice: below the weight of any part."""
+
 _RAMP_S = 0.5
 """How long a pull or push grows. Our choice: slow against the swing of a limb of this size."""
 _LONGEST_S = 6.0
@@ -108,6 +111,27 @@ class Resting:
             return float(np.linalg.norm(moved.position_m(tip, body) - self.position_m(tip, body)))
 
         return max(self.structure.bodies, key=way_m)
+
+    def touches(self) -> dict[tuple[str, str], str]:
+        """Return what the robot touches, the hardest first: pairs of a part of it and another, each in words."""
+        force, found = np.zeros(6), dict[tuple[str, str], float]()
+        for index in range(self.data.ncon):
+            geoms = sorted(map(int, self.data.contact.geom[index]), key=lambda geom: not self._is_robots(geom))
+            mujoco.mj_contactForce(self.model, self.data, index, force)
+            if self._is_robots(geoms[0]) and force[0] >= TOUCH_N:
+                own, other = (self._part(geom) for geom in geoms)
+                pair = (min(own, other), max(own, other)) if self._is_robots(geoms[1]) else (own, other)
+                found[pair] = found.get(pair, 0.0) + float(force[0])
+        hardest = sorted(found, key=lambda pair: -found[pair])
+        return {pair: f"{pair[1]} with {pair[0]} ({found[pair]:.3g} N)" for pair in hardest}
+
+    def _is_robots(self, geom: int) -> bool:
+        return int(self.model.geom_bodyid[geom]) in self.structure.bodies
+
+    def _part(self, geom: int) -> str:
+        """Return the body of a shape of the robot, and the name of any other shape, or of its body."""
+        body = self.body_name(int(self.model.geom_bodyid[geom]))
+        return body if self._is_robots(geom) else str(self.model.geom(geom).name) or body
 
     def force_n(self, drive: Drive) -> float:
         """Return the force of an actuator in this state, times its gear; without sign."""

@@ -27,7 +27,8 @@ FloatArray = NDArray[np.float64]
 
 GRAMMAR = """\
 One line for each group of actuators, "group: ...". Actions are -1 to 1 over the control range; a group that is not \
-named stays at rest, "*" names all that have no line of their own. A line holds waypoints, between which the action is \
+named, of the environment too, stays at the action whose command is nearest to 0, "*" names all that have no line of \
+their own. A line holds waypoints, between which the action is \
 interpolated ("t=0 -1, t=1.5 0.8": seconds, action), or "mean 0.2", or one number; and, if wanted, a sine on top: \
 "amplitude 0.5 hz 1.5 phase 90" (degrees), perhaps only "from 2 until 6" seconds. Sums are cut off at -1 and 1."""
 
@@ -102,25 +103,26 @@ class Script:
                 for name, at_rest in zip(plain, rest, strict=True)
             ],
             control_dt_s,
+            unnamed=() if others else tuple(name for name in plain if name not in tracks),
         )
 
 
 class ScriptPolicy:
-    """Plays the tracks of a script in one episode, whatever it observes.
+    """Plays the tracks of a script in n episodes side by side, whatever it observes.
 
     Args:
         tracks: One for each number of an action.
         control_dt_s: Time between two actions [s].
+        unnamed: Groups that the script does not name, and that stay at rest.
     """
 
-    def __init__(self, tracks: Sequence[Track], control_dt_s: float) -> None:
-        self._tracks, self.control_dt_s, self._steps = tuple(tracks), control_dt_s, 0
+    def __init__(self, tracks: Sequence[Track], control_dt_s: float, unnamed: tuple[str, ...] = ()) -> None:
+        self._tracks, self.control_dt_s, self.unnamed, self._steps = tuple(tracks), control_dt_s, unnamed, 0
 
     def act(self, observation: NDArray[np.floating]) -> FloatArray:
-        """Return the next action, (1, k)."""
-        del observation
+        """Return the next action for each observation, (n, k)."""
         self._steps += 1
-        return self.at((self._steps - 1) * self.control_dt_s)[None]
+        return np.tile(self.at((self._steps - 1) * self.control_dt_s), (len(observation), 1))
 
     def cut_off(self, groups: Sequence[str], until_s: float) -> tuple[str, ...]:
         """Return in a clause for each group what is asked for beyond -1 and 1 and is cut off there.

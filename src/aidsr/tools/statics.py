@@ -12,11 +12,13 @@ from aidsr.tools.scene import MeasuredScene
 
 _LIMITS = Limits(wall_s=600.0, cpu_s=300.0)
 _MOST_LINES = 30
+_MOST_TOUCHED = 3
+"""Our choice: what a line holds, the hardest first."""
 
 
 @isolated(limits=_LIMITS)
 def bends(subject: MeasuredScene, *, pull: float = 1.0) -> Measured:
-    """Return what each actuator alone does to the robot where it rests: tip, angle, force.
+    """Return what each actuator alone does to the robot where it rests: tip, angle, force, and what is touched then.
 
     The body that moves farthest against the robot's root counts as the actuator's tip.
 
@@ -31,6 +33,7 @@ def bends(subject: MeasuredScene, *, pull: float = 1.0) -> Measured:
     from aidsr.tools.resting import Resting, tip_of
 
     robot = Resting.of(subject)
+    before = robot.touches()
     lines, angles, ways = [], [], []
     for drive in robot.drives:
         moved = robot.pulled(drive, pull)
@@ -41,9 +44,10 @@ def bends(subject: MeasuredScene, *, pull: float = 1.0) -> Measured:
         ways.append(float((way**2).sum() ** 0.5))
         x, y, z = (1000 * float(value) for value in way)
         still = "" if moved.at_rest else ", still moving"
+        touched = [words for pair, words in moved.touches().items() if pair not in before]
         lines.append(
             f"{robot.actuator_name(drive)}: {moved.force_n(drive):.3g} N; {robot.body_name(body)} tip moves {x:+.1f} "
-            f"{y:+.1f} {z:+.1f} mm and turns {angle_deg:.1f} deg{still}"
+            f"{y:+.1f} {z:+.1f} mm and turns {angle_deg:.1f} deg{still}" + _touched(touched)
         )
     figures = (
         Figure(name="largest bend", value=max(angles, default=0.0), unit="deg"),
@@ -53,7 +57,14 @@ def bends(subject: MeasuredScene, *, pull: float = 1.0) -> Measured:
     left = len(lines) - _MOST_LINES
     more = [f"{left} more actuators"] * (left > 0)
     axes = "Ways are in the axes of the robot's root; each actuator alone, from where the robot rests."
+    axes += f" There it {_touched(list(before.values())).removeprefix('; ')}." if before else ""
     return Measured(figures=figures, lines=(axes, *lines[:_MOST_LINES], *more))
+
+
+def _touched(words: Sequence[str]) -> str:
+    """Return what is touched as a clause that is appended to a line; empty for nothing."""
+    left = len(words) - _MOST_TOUCHED
+    return f"; touches {', '.join(words[:_MOST_TOUCHED])}{f' and {left} more' if left > 0 else ''}" if words else ""
 
 
 @isolated(limits=_LIMITS)

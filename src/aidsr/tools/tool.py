@@ -57,14 +57,14 @@ class Tool:
 
     @classmethod
     def of(cls, function: Callable[..., Result]) -> Tool:
-        """Return the tool that a function is: its name, the first paragraph of its docstring, its annotations."""
+        """Return the tool that a function is: its name, its docstring as one paragraph, its annotations."""
         hints = get_type_hints(function, include_extras=True)
         fields: dict[str, Any] = {
             name: (hints[name], ... if parameter.default is inspect.Parameter.empty else parameter.default)
             for name, parameter in list(inspect.signature(function).parameters.items())[1:]
         }
         model = create_model(function.__name__, __config__=ConfigDict(extra="forbid"), **fields)
-        text = " ".join((inspect.getdoc(function) or "").partition("\n\n")[0].split())
+        text = " ".join((inspect.getdoc(function) or "").split())
         return cls(function.__name__, text, model, function)
 
     @cached_property

@@ -9,6 +9,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from aidsr import __version__
 from aidsr.core.artifacts import Fault, Layer, ValidationReport
@@ -18,6 +19,7 @@ from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.sim.structure import read_structure
 from aidsr.validation.mount import MountedModel, mount_model
 from aidsr.validation.overlap import REFUTED, overlap_explains_divergence, with_verdict
+from aidsr.validation.points import last_quarter
 from aidsr.validation.protocol import Protocol, gather_evidence
 from aidsr.validation.registry import packages_with_rules, select_rules, without_consequences
 from aidsr.validation.robot_under_test import RobotUnderTest
@@ -79,7 +81,7 @@ def examine_text(
     if drive and robot.structure.moving and not any(fault.code == "load_error" for fault in robot.found):
         robot = replace(robot, evidence=gather_evidence(model, robot.structure))
         apply_rules(_of_layer(rules, "simulate"), robot)
-        measurements |= measure_tests(robot)
+        measurements |= measure_tests(robot) | measure_places(robot)
         works = all(fault.severity != "error" or fault.layer == "scope" for fault in robot.found)
         apply_rules(_of_stage(rules, Stage.DRAWING), robot)
         # forces and speeds of a robot that does not work say nothing about its motors
@@ -207,3 +209,37 @@ def measure_tests(robot: RobotUnderTest) -> dict[str, Any]:
         "fastest_body_m_s": round(float(np.max(speeds, initial=0.0)), 6),
         "simulated_s": round(evidence.battery.frame_s * evidence.battery.speed_m_s.shape[1] * len(evidence.tests), 6),
     }
+
+
+def measure_places(robot: RobotUnderTest) -> dict[str, Any]:
+    """Return where the functional part of a scene, and all that is free, came to in the tests, in the world [m].
+
+    "functional_part_at_rest_m" and "free_bodies_at_rest_m" are at the end of the passive phase, when nothing is pulled.
+    "functional_part_pulled_m" has for each actuator, the other tendons slack, where the part was when the growing
+    command was half of the pulling end, and where it was held at that end, on average over the last quarter.
+    """
+    evidence, model = robot.driven, robot.model
+    site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, FUNCTIONAL_SITE)
+    if evidence.battery is None or site < 0 or not robot.settled:
+        return {}
+    free = np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE).tolist()
+    ways_m = evidence.battery.fields["site_xpos"][:, :, site]
+    half = round(evidence.protocol.ramp_share * ways_m.shape[1] / 2)  # frames count from 1 while the command grows
+    pulled = {}
+    for row in sorted(set(robot.single_tests(range(len(evidence.drives)))) & set(robot.sound_tests)):
+        drive = evidence.drives[evidence.tests[row].drive]
+        if evidence.tests[row].command == drive.pull:
+            held_m = last_quarter(ways_m[row], axis=0).mean(axis=0)
+            pulled[robot.actuator(drive.actuator)] = [_rounded(ways_m[row][max(0, half - 1)]), _rounded(held_m)]
+    return {
+        "functional_part_at_rest_m": _rounded(evidence.settled.site_xpos[site]),
+        "functional_part_pulled_m": pulled,
+        "free_bodies_at_rest_m": {
+            robot.body(body): _rounded(evidence.settled.xpos[body]) for body in model.jnt_bodyid[free].tolist()
+        },
+    }
+
+
+def _rounded(point_m: NDArray[np.float64]) -> list[float]:
+    rounded: list[float] = np.round(point_m, 6).tolist()
+    return rounded

@@ -8,7 +8,7 @@ import pytest
 from tests.tools.carts import cart
 
 from aidsr.core.artifacts import EpisodeResult
-from aidsr.core.ends import ends_in_words
+from aidsr.core.ends import ends_in_words, rules_in_words
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import rollout
 from aidsr.tools.script_search import script_policy
@@ -79,3 +79,24 @@ def test_ways_to_end_are_counted_and_those_of_older_results_left_out() -> None:
     some = [ended("held success", 0.5), ended(left, 0.1), ended(left, 0.3)]
     assert ends_in_words(some, 0.5) == [f"2 of 3: {left}: 0.3 s of 0.5 s at most", "1 of 3: held success"]
     assert ends_in_words([ended("", 0.0)], 0.5) == []
+
+
+def test_the_rules_that_end_episodes_are_counted() -> None:
+    def ended(how: str) -> EpisodeResult:
+        numbers = {"progress": 0.0, "best_progress": 0.0, "reward": 0.0, "time_s": 1.0}
+        return EpisodeResult.model_validate({"variation": 0, "ended": how, **numbers})
+
+    some = [
+        ended("succeeded"),
+        ended("failed"),
+        ended("failed"),
+        ended("failed"),
+        ended("out_of_time"),
+        ended("failed"),
+    ]
+    assert rules_in_words(some, time_limit_s=30.0, failure="It fell off.") == (
+        "what ended 6 episodes: 4 by the task's own rule (It fell off), 1 by success, 1 by the time limit of 30 s"
+    )
+    assert rules_in_words([ended("diverged")], time_limit_s=30.0, failure="") == (
+        "what ended 1 episodes: 1 by a simulation that diverged"
+    )

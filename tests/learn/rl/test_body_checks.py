@@ -137,7 +137,7 @@ class StraightAhead(FlatGround):
         return load_task("flat_ground").environment
 
     def sample_variation(self, rng):
-        return Variation((turned_lane(rng, 0.0),))
+        return Variation((turned_lane(0.0),))
 
 
 def test_wheels_with_a_tail_fail_all_three():

@@ -40,6 +40,13 @@ MEASURED = REPORT.model_copy(
             "chains": [8],
             "tendons": 2,
             "functional_part_m": [0.0, -0.0, 0.3725],
+            "functional_part_at_rest_m": [0.0004, -0.0, 0.36949],
+            "functional_part_pulled_m": {
+                "robot/pull_a": [[0.012, 0.0, 0.355], [0.081, 0.0, 0.302]],
+                "robot/pull_b": [[0.012, 0.0, 0.355], [0.081, 0.0, 0.302]],
+                "robot/pull_c": [[-0.024, 0.001, 0.351], [-0.08, 0.0, 0.301]],
+            },
+            "free_bodies_at_rest_m": {"ball": [0.1, 0.0, 0.021]},
             "effect_over_length": {"robot/pull_a": 0.913, "robot/pull_b": 0.913, "robot/pull_c": 0.913},
             "motors": {
                 actuator: {"tension_n": 10.0, "stroke_m": 0.0213, "power_w": 1.3}
@@ -275,10 +282,14 @@ def test_what_the_judge_is_told_was_measured_stays_short() -> None:
         **MEASURED.measurements,
         "effect_over_length": {name: 0.5 + number / 100 for number, name in enumerate(actuators)},
         "motors": {name: {"tension_n": 10.25, "stroke_m": 0.02125} for name in actuators},
+        "functional_part_pulled_m": {
+            name: [[0.0123, number / 100, 0.3456], [0.0456, number / 100, 0.2345]]
+            for number, name in enumerate(actuators)
+        },
     }
     long = MEASURED.model_copy(update={"measurements": measurements})
     said, bare = (
         heard_from(lambda t, report=report: t.judge.judge(BRIEF, CONCEPT, ROBOT, SCENE, report))[0].messages[-1].text
         for report in (long, REPORT)
     )
-    assert 500 < len(said.encode()) - len(bare.encode()) < 1500
+    assert 500 < len(said.encode()) - len(bare.encode()) < 2200

@@ -119,12 +119,16 @@ class GoalTask(Task):
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
         shifts = rng.uniform(-1.0, 1.0, (len(self.places), 3)) * self.goal.vary_m
-        return Variation(
-            tuple(
-                replace(place, value=tuple(np.array(place.value) + shift))
-                for place, shift in zip(self.places, shifts, strict=True)
-            )
+        changes = tuple(
+            replace(place, value=tuple(np.array(place.value) + shift))
+            for place, shift in zip(self.places, shifts, strict=True)
         )
+        return Variation(changes, words="; ".join(map(self._moved, self.places, shifts)))
+
+    def _moved(self, place: Change, shift_m: FloatArray) -> str:
+        """Return in words how far a place is moved from where the environment describes it."""
+        along = zip(shift_m, self.goal.vary_m, "xyz", strict=True)
+        return f"{place.name} {', '.join(f'{1000 * m:+.1f} mm along {axis}' for m, most, axis in along if most)}"
 
     # --- an episode ---
 

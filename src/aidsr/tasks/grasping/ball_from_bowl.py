@@ -13,7 +13,7 @@ from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import excess, share
 from aidsr.tasks.task import FORCE_SCALE_N, Criteria, Feature, Task, TaskState, span
-from aidsr.tasks.variation import Change, Variation, solid
+from aidsr.tasks.variation import Change, Variation, shift_words, solid
 
 BOTTOM_M = 0.408
 """Height of the bowl's flat bottom over the floor."""
@@ -98,8 +98,14 @@ class BallFromBowl(Task):
         half_m = float(rng.uniform(*HALF_SIZE_M))
         x, y, dx, dy = rng.uniform(-OFFSET_M, OFFSET_M, size=4)
         place = (x + dx, y + dy, BOTTOM_M + half_m, 1.0, 0.0, 0.0, 0.0)
-        ball = solid("object", "sphere", half_m, rng.uniform(*self._mass_kg))
-        return Variation((*ball, Change("body_pos", "bowl", (x, y, BOTTOM_M)), Change("qpos", "object_free", place)))
+        mass_kg = rng.uniform(*self._mass_kg)
+        ball = solid("object", "sphere", half_m, mass_kg)
+        changes = (*ball, Change("body_pos", "bowl", (x, y, BOTTOM_M)), Change("qpos", "object_free", place))
+        words = (
+            f"ball of radius {1000 * half_m:.1f} mm, {1000 * mass_kg:.0f} g; bowl {shift_words(x, y)}, the ball in it "
+            f"{shift_words(dx, dy)}"
+        )
+        return Variation(changes, words=words)
 
     def observe(self, readings: Readings, state: TaskState) -> FloatArray:
         grip = readings.contacts("grip")

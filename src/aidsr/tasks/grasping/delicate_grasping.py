@@ -11,7 +11,7 @@ from aidsr.tasks.grasping.base import LIFT_PROGRESS, RAISED_M, TABLE_M, LiftTask
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import excess
 from aidsr.tasks.task import FORCE_SCALE_N, Criteria, Feature, TaskState, span
-from aidsr.tasks.variation import Change, Variation
+from aidsr.tasks.variation import Change, Variation, shift_words
 
 HALF_AXES_M = np.array([0.020, 0.020, 0.027])
 """Half axes of the ellipsoid, which lies on its side."""
@@ -91,7 +91,11 @@ class DelicateGrasping(LiftTask):
                 Change("body_mass", "object", (mass_kg,)),
                 Change("body_inertia", "object", tuple(inertia)),
                 Change("qpos", "object_free", pose),
-            )
+            ),
+            words=(
+                f"{'lumpy' if lumpy else 'smooth'}, {100 * scale:.0f} % of its size, {1000 * mass_kg:.0f} g, "
+                f"{shift_words(x, y)}, turned {np.rad2deg(2 * half_yaw):.0f} deg"
+            ),
         )
 
     def observe(self, readings: Readings, state: TaskState) -> FloatArray:

@@ -130,8 +130,8 @@ class DynamicCatching(Task):
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
         speed_m_s, flight_s = rng.uniform(self.slowest_m_s, self.fastest_m_s), rng.uniform(*FLIGHT_S)
-        down = np.deg2rad(MOUNT_DEG + rng.uniform(-SPREAD_DEG, SPREAD_DEG))
-        aside = np.deg2rad(rng.uniform(-SPREAD_DEG, SPREAD_DEG))
+        down_deg, aside_deg = MOUNT_DEG + rng.uniform(-SPREAD_DEG, SPREAD_DEG), rng.uniform(-SPREAD_DEG, SPREAD_DEG)
+        down, aside = np.deg2rad(down_deg), np.deg2rad(aside_deg)
         sideways_m, across_m = rng.uniform(-OFFSET_M, OFFSET_M, size=2)
         arrival = speed_m_s * np.array([-np.cos(down) * np.cos(aside), -np.cos(down) * np.sin(aside), -np.sin(down)])
         passes = CAPTURE_M + np.array([-across_m * np.sqrt(0.5), sideways_m, across_m * np.sqrt(0.5)])
@@ -142,7 +142,12 @@ class DynamicCatching(Task):
         throw_s = self.control_dt_s * round(rng.uniform(*THROW_S) / self.control_dt_s)
         timing = {"throw_s": (throw_s,), "turn_s": (throw_s + flight_s + WAIT_S,)}
         pose = (*start, 1.0, 0.0, 0.0, 0.0)
-        return Variation((Change("qpos", "ball_free", pose),), {"throw_m_s": tuple(thrown), **timing})
+        words = (
+            f"thrown at {throw_s:.2f} s, flies {flight_s:.2f} s, arrives at {speed_m_s:.2f} m/s, {down_deg:.0f} deg "
+            f"downwards and {aside_deg:+.0f} deg aside, {1000 * sideways_m:+.0f} mm sideways and "
+            f"{1000 * across_m:+.0f} mm across"
+        )
+        return Variation((Change("qpos", "ball_free", pose),), {"throw_m_s": tuple(thrown), **timing}, words)
 
     def script(self, readings: Readings) -> Mapping[str, FloatArray]:
         timing, time_s = readings.parameters, readings.time_s

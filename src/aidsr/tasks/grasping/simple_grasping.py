@@ -12,7 +12,7 @@ from aidsr.tasks.grasping.base import LIFT_PROGRESS, RAISED_M, TABLE_M, LiftTask
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import excess
 from aidsr.tasks.task import FORCE_SCALE_N, Criteria, Feature, TaskState, span
-from aidsr.tasks.variation import Change, Shape, Variation, solid
+from aidsr.tasks.variation import Change, Shape, Variation, shift_words, solid
 
 SHAPES: tuple[Shape, ...] = ("sphere", "cylinder", "box")
 HALF_SIZE_M = (0.025, 0.035)
@@ -78,9 +78,13 @@ class SimpleGrasping(LiftTask):
         shape = SHAPES[rng.integers(3)]
         half_m = float(rng.uniform(*HALF_SIZE_M))
         x, y = rng.uniform(-OFFSET_M, OFFSET_M, size=2)
-        half_yaw = rng.uniform(0.0, np.pi) / 2
+        half_yaw, mass_kg = rng.uniform(0.0, np.pi) / 2, rng.uniform(*MASS_KG)
         pose = (x, y, TABLE_M + half_m, np.cos(half_yaw), 0.0, 0.0, np.sin(half_yaw))
-        return Variation((*solid("object", shape, half_m, rng.uniform(*MASS_KG)), Change("qpos", "object_free", pose)))
+        words = (
+            f"{shape} of half size {1000 * half_m:.1f} mm, {1000 * mass_kg:.0f} g, {shift_words(x, y)}, turned "
+            f"{np.rad2deg(2 * half_yaw):.0f} deg"
+        )
+        return Variation((*solid("object", shape, half_m, mass_kg), Change("qpos", "object_free", pose)), words=words)
 
     def script(self, readings: Readings) -> Mapping[str, FloatArray]:
         lifted_for_s = readings.time_s - self.times_s[-1]

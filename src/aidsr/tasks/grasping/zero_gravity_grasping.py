@@ -91,13 +91,19 @@ class ZeroGravityGrasping(CarriageTask):
         drift, spin = rng.normal(size=(2, 3))
         drift *= rng.uniform(0.0, self.drift_m_s) / np.linalg.norm(drift)
         spin *= rng.uniform(0.0, SPIN_RAD_S) / np.linalg.norm(spin)
-        height_m = MOUNT_M - APPROACH_M - rng.uniform(*DISTANCE_M)
+        distance_m, mass_kg = rng.uniform(*DISTANCE_M), rng.uniform(*MASS_KG)
+        height_m = MOUNT_M - APPROACH_M - distance_m
+        drifts = " ".join(f"{1000 * speed:+.1f}" for speed in drift)
         return Variation(
             (
-                *solid("object", "sphere", RADIUS_M, rng.uniform(*MASS_KG)),
+                *solid("object", "sphere", RADIUS_M, mass_kg),
                 Change("qpos", "object_free", (0.0, 0.0, height_m, 1.0, 0.0, 0.0, 0.0)),
                 Change("qvel", "object_free", (*drift, *spin)),
-            )
+            ),
+            words=(
+                f"{1000 * distance_m:.0f} mm below the mount where it stops, drifts {drifts} mm/s along x y z, spins "
+                f"{np.rad2deg(np.linalg.norm(spin)):.1f} deg/s, {1000 * mass_kg:.0f} g"
+            ),
         )
 
     def observe(self, readings: Readings, state: TaskState) -> FloatArray:

@@ -68,9 +68,9 @@ def outline_in_lane(readings: Readings) -> FloatArray:
     return _along(readings, readings.body.center_m - readings["lane_position"][:, None])
 
 
-def turned_lane(rng: np.random.Generator, max_deg: float) -> Change:
-    """Return the lane turned about its start by up to `max_deg` to either side."""
-    half = np.deg2rad(rng.uniform(-max_deg, max_deg)) / 2
+def turned_lane(turn_deg: float) -> Change:
+    """Return the lane turned about its start, to the left."""
+    half = np.deg2rad(turn_deg) / 2
     return Change("body_quat", "lane", (np.cos(half), 0.0, 0.0, np.sin(half)))
 
 

@@ -13,7 +13,7 @@ from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import share
 from aidsr.tasks.task import FRICTION_ELSE, Criteria, Edits, TaskState, span
-from aidsr.tasks.variation import Change, Variation
+from aidsr.tasks.variation import Change, Variation, turn_words
 
 FRICTION = (0.6, 1.2)
 TURN_DEG = 15.0
@@ -68,8 +68,10 @@ class FlatGround(OneWayTask):
         return (Mark(element="geom", name="finish_line"),)
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
-        friction = Change("geom_friction", "ground", (rng.uniform(*FRICTION), *FRICTION_ELSE))
-        return Variation((friction, turned_lane(rng, TURN_DEG)))
+        friction, turn_deg = rng.uniform(*FRICTION), rng.uniform(-TURN_DEG, TURN_DEG)
+        rough = Change("geom_friction", "ground", (friction, *FRICTION_ELSE))
+        words = f"lane turned {turn_words(turn_deg)}, friction {friction:.2f}"
+        return Variation((rough, turned_lane(turn_deg)), words=words)
 
     def progress(self, readings: Readings, state: TaskState) -> FloatArray:
         return share(self._forward_m(readings, state), self._goal_m(readings))

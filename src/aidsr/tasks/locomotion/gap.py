@@ -14,7 +14,7 @@ from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import TOUCH_N, BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import share
 from aidsr.tasks.task import Criteria, Edits, Feature, TaskState, span
-from aidsr.tasks.variation import Change, Variation
+from aidsr.tasks.variation import Change, Variation, turn_words
 
 EDGE_M = 1.0
 """Where the gap begins: far enough that nothing gets there by chance."""
@@ -82,8 +82,9 @@ class Gap(OneWayTask):
         return (Mark(element="geom", name="finish_line"),)
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
-        width_m = rng.uniform(self.narrowest_m, self.widest_m)
-        return Variation((*self._platforms(width_m), turned_lane(rng, TURN_DEG)), {"width_m": (width_m,)})
+        width_m, turn_deg = rng.uniform(self.narrowest_m, self.widest_m), rng.uniform(-TURN_DEG, TURN_DEG)
+        words = f"gap {1000 * width_m:.0f} mm wide, lane turned {turn_words(turn_deg)}"
+        return Variation((*self._platforms(width_m), turned_lane(turn_deg)), {"width_m": (width_m,)}, words)
 
     def observe(self, readings: Readings, state: TaskState) -> FloatArray:
         width = readings.parameters["width_m"] / WIDTH_M[1]

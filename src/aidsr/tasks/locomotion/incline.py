@@ -86,7 +86,9 @@ class Incline(LaneTask):
         friction = (rng.uniform(*FRICTION), *FRICTION_ELSE)
         rough = tuple(Change("geom_friction", name, friction) for name in ("ground", "ramp", "plateau"))
         edge_m, rise_m = START_M + LENGTH_M * np.cos(slope), LENGTH_M * np.sin(slope)
-        return Variation((*ramp(slope), *rough), {"slope": (np.tan(slope),), "edge_m": (edge_m,), "rise_m": (rise_m,)})
+        words = f"slope {np.rad2deg(slope):.1f} deg, friction {friction[0]:.2f}"
+        parameters = {"slope": (np.tan(slope),), "edge_m": (edge_m,), "rise_m": (rise_m,)}
+        return Variation((*ramp(slope), *rough), parameters, words)
 
     def observe(self, readings: Readings, state: TaskState) -> FloatArray:
         parameters = readings.parameters

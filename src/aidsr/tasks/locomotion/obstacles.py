@@ -104,7 +104,12 @@ class Obstacles(LaneTask):
         reach_m = self.reach_m + rng.uniform(-SPREAD_M, SPREAD_M, OBSTACLES)
         turns_m = np.column_stack([x, -side * (reach_m + CLEAR_M)])
         changes = _obstacles(x, side, reach_m, rng.uniform(*POST_RADIUS_M, OBSTACLES))
-        return Variation(changes, {"turns_m": tuple(turns_m.ravel())})
+        words = "; ".join(
+            f"obstacle {number + 1} from the {'left' if side[number] > 0 else 'right'}, {x[number]:.3f} m along, "
+            f"{1000 * reach_m[number]:.0f} mm beyond the middle"
+            for number in range(OBSTACLES)
+        )
+        return Variation(changes, {"turns_m": tuple(turns_m.ravel())}, words)
 
     def observe(self, readings: Readings, state: TaskState) -> FloatArray:
         ways = _turns_m(readings) - in_lane(readings)[:, None, :2]

@@ -80,7 +80,8 @@ class Stairs(LaneTask):
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
         rise_m, tread_m = self.rise_m * rng.uniform(*SIZE_FACTOR), TREAD_M * rng.uniform(*SIZE_FACTOR)
-        return Variation(self._steps(rise_m, tread_m), {"rise_m": (rise_m,), "tread_m": (tread_m,)})
+        words = f"rise {1000 * rise_m:.1f} mm, tread {1000 * tread_m:.0f} mm"
+        return Variation(self._steps(rise_m, tread_m), {"rise_m": (rise_m,), "tread_m": (tread_m,)}, words)
 
     def observe(self, readings: Readings, state: TaskState) -> FloatArray:
         tread, rise = readings.parameters["tread_m"] / TREAD_M, readings.parameters["rise_m"] / RISE_M

@@ -14,7 +14,7 @@ from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import excess, share
 from aidsr.tasks.task import FRICTION_ELSE, Criteria, Edits, Feature, TaskState, span
-from aidsr.tasks.variation import Change, Variation
+from aidsr.tasks.variation import Change, Variation, turn_words
 
 ENTRANCE_M = 0.35
 """Where the tunnel begins: a robot of the usual size starts clear of it."""
@@ -99,9 +99,12 @@ class Tunnel(LaneTask):
     def sample_variation(self, rng: np.random.Generator) -> Variation:
         bend_rad = float(np.deg2rad(rng.choice([-1.0, 1.0]) * rng.uniform(*BEND_DEG)))
         height_m = self.height_m * rng.uniform(*HEIGHT_FACTOR)
-        friction = Change("geom_friction", "ground", (rng.uniform(*FRICTION), *FRICTION_ELSE))
+        friction = rng.uniform(*FRICTION)
+        rough = Change("geom_friction", "ground", (friction, *FRICTION_ELSE))
+        bends = turn_words(np.rad2deg(bend_rad))
+        words = f"bends {bends}, {1000 * height_m:.0f} mm high, friction of the ground {friction:.2f}"
         parameters = {"bend_rad": (bend_rad,), "height_m": (height_m,)}
-        return Variation((*tunnel_changes(bend_rad, height_m), friction), parameters)
+        return Variation((*tunnel_changes(bend_rad, height_m), rough), parameters, words)
 
     def observe(self, readings: Readings, state: TaskState) -> FloatArray:
         along_m = _outline_along_m(readings)

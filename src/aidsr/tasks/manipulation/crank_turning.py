@@ -84,12 +84,19 @@ class CrankTurning(Task):
     def sample_variation(self, rng: np.random.Generator) -> Variation:
         y, z = rng.uniform(-OFFSET_M, OFFSET_M, size=2)
         start = float(rng.uniform(-np.pi, np.pi))
+        torque_nm = self.torque_nm * rng.uniform(*TORQUE_FACTOR)
         changes = (
             Change("body_pos", "crank", (0.0, y, z)),
-            Change("dof_frictionloss", "crank", (self.torque_nm * rng.uniform(*TORQUE_FACTOR),)),
+            Change("dof_frictionloss", "crank", (torque_nm,)),
             Change("qpos", "crank", (start,)),
         )
-        return Variation(changes, {"direction": (float(rng.choice((-1.0, 1.0))),)})
+        direction = float(rng.choice((-1.0, 1.0)))
+        words = (
+            f"turn {'clockwise' if direction > 0 else 'counterclockwise'} as the robot sees it; pin starts "
+            f"{np.rad2deg(start):+.0f} deg from the top (clockwise positive), axle {1000 * y:+.1f} mm to the left and "
+            f"{1000 * z:+.1f} mm up, friction {torque_nm:.3f} N m"
+        )
+        return Variation(changes, {"direction": (direction,)}, words)
 
     def observe(self, readings: Readings, state: TaskState) -> FloatArray:
         angle = readings.scalar("crank_angle")

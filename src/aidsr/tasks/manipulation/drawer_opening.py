@@ -108,7 +108,10 @@ class DrawerOpening(Task):
     def sample_variation(self, rng: np.random.Generator) -> Variation:
         friction_n = self.friction_n * rng.uniform(*FRICTION_FACTOR, size=3)
         changes = tuple(Change("dof_frictionloss", d, (f,)) for d, f in zip(DRAWERS, friction_n, strict=True))
-        return Variation(changes, {"order": tuple(float(drawer) for drawer in rng.permutation(3))})
+        order = rng.permutation(3)
+        turns = ", ".join(str(drawer + 1) for drawer in order)
+        words = f"drawers in the order {turns}; friction of 1 to 3: {', '.join(f'{f:.2f}' for f in friction_n)} N"
+        return Variation(changes, {"order": tuple(float(drawer) for drawer in order)}, words)
 
     def observe(self, readings: Readings, state: TaskState) -> FloatArray:
         to_handle, opening_m, force_n = wanted(readings, state)

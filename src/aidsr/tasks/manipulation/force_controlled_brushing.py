@@ -14,7 +14,7 @@ from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import TOUCH_N, BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import closeness, excess, share
 from aidsr.tasks.task import Criteria, Feature, Task, TaskState
-from aidsr.tasks.variation import Change, Variation
+from aidsr.tasks.variation import Change, Variation, turn_words
 
 CENTER_M = (0.0, 0.25, 0.30)
 OFFSET_M, TILT_DEG = 0.015, 5.0
@@ -103,11 +103,17 @@ class ForceControlledBrushing(Task):
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
         x, y, z = CENTER_M
-        tip, turn = np.deg2rad(rng.uniform(-TILT_DEG, TILT_DEG, size=2)) / 2
+        tip_deg, turn_deg = rng.uniform(-TILT_DEG, TILT_DEG, size=2)
+        tip, turn = np.deg2rad([tip_deg, turn_deg]) / 2
         tipped, turned = (np.cos(tip), np.sin(tip)), (np.cos(turn), np.sin(turn))
         tilt = (tipped[0] * turned[0], tipped[1] * turned[0], tipped[1] * turned[1], tipped[0] * turned[1])
-        place = Change("body_pos", "wall", (x, y + rng.uniform(-OFFSET_M, OFFSET_M), z))
-        return Variation((place, Change("body_quat", "wall", tilt)))
+        offset_m = rng.uniform(-OFFSET_M, OFFSET_M)
+        place = Change("body_pos", "wall", (x, y + offset_m, z))
+        words = (
+            f"wall {1000 * abs(offset_m):.1f} mm {'farther' if offset_m >= 0 else 'nearer'}, its top tilted "
+            f"{abs(tip_deg):.1f} deg {'nearer' if tip_deg >= 0 else 'farther'}, turned {turn_words(turn_deg)}"
+        )
+        return Variation((place, Change("body_quat", "wall", tilt)), words=words)
 
     def observe(self, readings: Readings, state: TaskState) -> FloatArray:
         force_n = self._force_n(readings)

@@ -12,7 +12,7 @@ from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import approach, excess, share
 from aidsr.tasks.task import FORCE_SCALE_N, Criteria, Edits, Feature, Task, TaskState
-from aidsr.tasks.variation import Change, Variation
+from aidsr.tasks.variation import Change, Variation, shift_words
 
 HEIGHT_M = 0.88
 DEPTH_M = 0.42
@@ -113,9 +113,13 @@ class AroundCorners(Task):
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
         x, y = rng.uniform(-OFFSET_M, OFFSET_M, size=2)
-        half = np.deg2rad(rng.uniform(-YAW_DEG, YAW_DEG) + 180.0 * rng.integers(2)) / 2
+        yaw_deg, other_side = rng.uniform(-YAW_DEG, YAW_DEG), bool(rng.integers(2))
+        half = np.deg2rad(yaw_deg + 180.0 * other_side) / 2
         turn = (np.cos(half), 0.0, 0.0, np.sin(half))
-        return Variation((Change("body_pos", "box", (x, y, HEIGHT_M - DEPTH_M)), Change("body_quat", "box", turn)))
+        changes = (Change("body_pos", "box", (x, y, HEIGHT_M - DEPTH_M)), Change("body_quat", "box", turn))
+        side = "-x" if other_side else "+x"
+        words = f"first opening on the side of {side}, box turned {yaw_deg:+.1f} deg and moved {shift_words(x, y)}"
+        return Variation(changes, words=words)
 
     def observe(self, readings: Readings, state: TaskState) -> FloatArray:
         del state

@@ -101,14 +101,19 @@ class ButtonPushing(Task):
         return (Mark(element="joint", name="button_slide", by=PRESSED_M),)
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
-        azimuth = np.deg2rad(rng.uniform(-AZIMUTH_DEG, AZIMUTH_DEG))
-        tilt = np.deg2rad(rng.uniform(-TILT_DEG, TILT_DEG))
+        azimuth_deg, tilt_deg = rng.uniform(-AZIMUTH_DEG, AZIMUTH_DEG), rng.uniform(-TILT_DEG, TILT_DEG)
+        azimuth, tilt = np.deg2rad(azimuth_deg), np.deg2rad(tilt_deg)
         offset_m = OFFSET_M * rng.uniform(*OFFSET_FACTOR)
         cos, sin, up, down = np.cos(azimuth / 2), np.sin(azimuth / 2), np.cos(tilt / 2), np.sin(tilt / 2)
         place = (offset_m * np.cos(azimuth), offset_m * np.sin(azimuth), MOUNT_HEIGHT_M - DEPTH_M)
         turn = (cos * up, -sin * down, cos * down, sin * up)
-        signal = {"signal_s": (rng.uniform(*SIGNAL_S),)}
-        return Variation((Change("body_pos", "button", place), Change("body_quat", "button", turn)), signal)
+        signal_s = rng.uniform(*SIGNAL_S)
+        words = (
+            f"button {azimuth_deg:+.0f} deg from +x towards +y, {1000 * offset_m:.0f} mm from the axis, faces "
+            f"{abs(tilt_deg):.0f} deg {'upwards' if tilt_deg >= 0 else 'downwards'}; signal after {signal_s:.2f} s"
+        )
+        changes = (Change("body_pos", "button", place), Change("body_quat", "button", turn))
+        return Variation(changes, {"signal_s": (signal_s,)}, words)
 
     def observe(self, readings: Readings, state: TaskState) -> FloatArray:
         return np.column_stack(

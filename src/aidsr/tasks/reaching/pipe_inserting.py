@@ -13,7 +13,7 @@ from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import closeness, excess, share
 from aidsr.tasks.task import FORCE_SCALE_N, FRICTION_ELSE, Criteria, Feature, Task, TaskState, span
-from aidsr.tasks.variation import Change, Variation
+from aidsr.tasks.variation import Change, Variation, shift_words
 
 MOUTH_HEIGHT_M = 0.40
 MOUTH_DEPTH_M = 0.35
@@ -128,7 +128,12 @@ class PipeInserting(Task):
         place = Change("body_pos", "pipe", (x, y, MOUTH_HEIGHT_M))
         turn = Change("body_quat", "pipe", (np.cos(side_rad / 2), 0.0, 0.0, np.sin(side_rad / 2)))
         way = {"side_rad": (side_rad,), "junction_m": (junction_m,), "branch_rad": (branch_rad,)}
-        return Variation((place, turn, *walls, *rough), way)
+        words = (
+            f"pipe {shift_words(x, y)}; branch {np.rad2deg(side_rad):+.0f} deg from +x towards +y, "
+            f"{1000 * junction_m:.0f} mm below the mouth, {np.rad2deg(branch_rad):.0f} deg from straight down; "
+            f"friction {friction[0]:.2f}"
+        )
+        return Variation((place, turn, *walls, *rough), way, words)
 
     def observe(self, readings: Readings, state: TaskState) -> FloatArray:
         del state

@@ -106,7 +106,11 @@ class SurfaceAdapting(Task):
         radius_m, gap_m = rng.uniform(*RADIUS_M), GAP_M + rng.uniform(-GAP_SPREAD_M, GAP_SPREAD_M)
         side, waves = (1.0, -1.0)[rng.integers(2)], bool(rng.integers(2))
         place_m = (side * (gap_m + radius_m), 0.0, AXIS_HEIGHT_M)
-        return Variation(half_cylinder(place_m, radius_m, waves=waves), {"radius_m": (radius_m,)})
+        words = (
+            f"on the side of {'+x' if side > 0 else '-x'}, radius {1000 * radius_m:.0f} mm, {1000 * gap_m:.0f} mm "
+            f"away, {'with waves' if waves else 'smooth'}"
+        )
+        return Variation(half_cylinder(place_m, radius_m, waves=waves), {"radius_m": (radius_m,)}, words)
 
     def observe(self, readings: Readings, state: TaskState) -> FloatArray:
         del state

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +13,9 @@ from aidsr.teams.llm.conversation import Conversation
 from aidsr.teams.llm.describe_environment import describe_environment
 from aidsr.teams.llm.prompts import as_json, render
 from aidsr.teams.llm.replies import parse_json, validate_as
+
+_MOST_PULLS = 6
+"""Places under single actuators that are told. Our choice: what shows a reach."""
 
 ScenePictures = Callable[[Scene], Mapping[str, bytes]]
 """Returns the pictures of a scene for the Judge: a PNG for each caption."""
@@ -79,6 +82,7 @@ def _measurement_lines(report: ValidationReport) -> list[str]:
     if "functional_part_m" in found:
         at = " ".join(f"{value + 0.0:.4g}" for value in found["functional_part_m"])
         lines.append(f"its functional part is at {at} m at the start, in world coordinates")
+    lines += _place_lines(found)
     groups: dict[str, list[str]] = {}
     for actuator, share in found.get("effect_over_length", {}).items():
         groups.setdefault(_format_effect(share * length_mm, found.get("motors", {}).get(actuator)), []).append(actuator)
@@ -88,6 +92,31 @@ def _measurement_lines(report: ValidationReport) -> list[str]:
             "of its cable: " + "; ".join(f"{', '.join(names)} {effect}" for effect, names in groups.items())
         )
     return lines
+
+
+def _place_lines(found: Mapping[str, Any]) -> list[str]:
+    """Return where the functional part and what is free were in the validator's tests; equal places share a clause."""
+    if "functional_part_at_rest_m" not in found:
+        return []
+    rest = {"its functional part": found["functional_part_at_rest_m"], **found.get("free_bodies_at_rest_m", {})}
+    told = ", ".join(f"{name} at {_place(point_m)} m" for name, point_m in rest.items())
+    lines = [f"after settling with nothing pulled: {told}"]
+    alike: dict[str, list[str]] = {}
+    for actuator, (half_m, held_m) in found.get("functional_part_pulled_m", {}).items():
+        alike.setdefault(f"{_place(half_m)}, {_place(held_m)}", []).append(actuator)
+    if alike:
+        pulls = [f"{', '.join(names)}: {places}" for places, names in list(alike.items())[:_MOST_PULLS]]
+        left = sum(len(names) for names in list(alike.values())[_MOST_PULLS:])
+        lines.append(
+            "its functional part when the growing command of one actuator alone is half of its pull, and held at all "
+            f"of it [m]: {'; '.join(pulls)}" + (f"; and {left} more actuators" if left else "")
+        )
+    return lines
+
+
+def _place(point_m: Sequence[float]) -> str:
+    """Return a point to a millimetre."""
+    return " ".join(f"{round(value, 3) + 0.0:g}" for value in point_m)
 
 
 def _format_effect(moved_mm: float, motor: Mapping[str, Any] | None) -> str:

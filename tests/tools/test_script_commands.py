@@ -1,0 +1,67 @@
+"""What a script may command in a scene is told where a scene is made and where a script is played."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from tests.scenes import small_arm
+
+from aidsr.learn.rl.plausibility import START_LENGTHS
+from aidsr.tools import TOOLS, Workspace
+
+BASES = "commands the speed of base_{}, -0.1 to 0.1 m/s, until it is at an end of -0.1 to 0.1 m"
+
+
+def assembled(folder: Path, task: str) -> tuple[Workspace, list[str]]:
+    work = Workspace(folder)
+    TOOLS["validate"].call(work, {"mjcf": small_arm(), "functional_part": "tip", "task": task})
+    placement = {"mount": "mount", "base": "fixed"}
+    made = TOOLS["assemble"].call(work, {"robot": "robot_1", "task": task, "placement": placement}).text
+    return work, made.splitlines()
+
+
+def test_a_scene_says_which_commands_of_the_environment_a_script_has(tmp_path: Path) -> None:
+    work, told = assembled(tmp_path, "crank_turning")
+    assert "a script commands, -1 to 1 over the control range: pull_left, pull_right" in told
+    assert f"and of the environment: base_y: {BASES.format('y')}; base_z: {BASES.format('z')}" in told
+    assert not any("by no script" in line for line in told)
+    rest = "not named in the script, at the action whose command is nearest to 0: "
+
+    def played(script: str, **more: object) -> str:
+        return TOOLS["play"].call(work, {"scene": "scene_1", "script": script, "seconds": 0.2, **more}).text
+
+    base_z = f"base_z at 0 (of the environment: {BASES.format('z')})"
+    assert f"\n{rest}pull_right at -1, {base_z}\n" in played("pull_left: 1\nbase_y: 1")
+    assert played("pull_left: 1\npull_right: 0\nbase_y: 1", variations=[0, 1]).endswith(f"\n{rest}{base_z}")
+    assert rest not in played("pull_left: 1\n*: 0")
+
+
+def test_a_scene_says_how_far_from_its_mount_a_robot_may_start(tmp_path: Path) -> None:
+    assert START_LENGTHS == 0.5
+    assert "farther from its mount than half of its length makes no valid policy" in TOOLS["assemble"].description
+    work, told = assembled(tmp_path, "button_pushing")
+    limit = "(valid: at most 0.5 of its length, 119 mm)"
+    assert f"how far the nearest part of the robot is from the mount at the start: 0 mm {limit}" in told
+    placement = {"mount": "mount", "base": "fixed", "position_m": [0.2, 0, 0]}
+    far = TOOLS["assemble"].call(work, {"robot": "robot_1", "task": "button_pushing", "placement": placement}).text
+    found = re.search(r"^too far for a valid policy: how far the nearest part .* at the start: (\d+) mm \(", far, re.M)
+    assert found is not None
+    assert 150 < int(found[1]) < 200
+
+
+def test_what_the_job_itself_drives_is_told_to_be_out_of_reach(tmp_path: Path) -> None:
+    work, told = assembled(tmp_path, "simple_grasping")
+    (line,) = (line for line in told if line.startswith("of the environment, driven by the job and by no script: "))
+    assert "carriage_lift: commands the position of carriage_lift, -0.1 to 0.05 m" in line
+    script = {"scene": "scene_1", "script": "pull_left: 1\npull_right: 1", "seconds": 0.2}
+    assert line in TOOLS["play"].call(work, script).text.splitlines()
+
+
+def test_a_scene_that_no_script_can_drive_says_why(tmp_path: Path) -> None:
+    work = Workspace(tmp_path)
+    endless = small_arm().replace(' ctrlrange="0 8.0"', "")
+    TOOLS["validate"].call(work, {"mjcf": endless, "functional_part": "tip", "task": "button_pushing"})
+    placement = {"mount": "mount", "base": "fixed"}
+    made = TOOLS["assemble"].call(work, {"robot": "robot_1", "task": "button_pushing", "placement": placement}).text
+    assert "no script can be played in it: actuators without ctrlrange: robot/pull_left, robot/pull_right" in made
