@@ -13,9 +13,11 @@ from aidsr.tools.scene import MeasuredScene
 if TYPE_CHECKING:
     from mujoco import MjModel
 
+    from aidsr.learn.episodes.batch import Episodes
     from aidsr.learn.episodes.rollout import Policy
     from aidsr.learn.episodes.scene import TaskScene
     from aidsr.tasks.readings import BoolArray
+    from aidsr.tasks.variation import Variation
     from aidsr.tools.script import Script, ScriptPolicy
 
 _LIMITS = Limits(wall_s=7200.0, cpu_s=4800.0)
@@ -68,7 +70,7 @@ def play_variations(
         for variation in variations
     ]
     won = [one.variation for one in played if one.succeeded]
-    reasons = dict(zip(won, _not_valid(loaded, tracks, won), strict=True)) if won else {}
+    reasons = dict(zip(won, _not_valid(loaded, tracks, won, seconds), strict=True)) if won else {}
     return tuple(one.model_copy(update={"not_valid": reasons.get(one.variation)}) for one in played)
 
 
@@ -78,12 +80,21 @@ def _motion(scene: TaskScene, tracks: Script) -> ScriptPolicy:
     return tracks.played_by(names, scene.actions.rest, scene.task.control_dt_s)
 
 
-def _not_valid(scene: TaskScene, tracks: Script, won: Sequence[int]) -> list[tuple[str, ...]]:
+def _episodes(scene: TaskScene, model: MjModel, variations: Sequence[Variation], seconds: float) -> Episodes:
+    """Return episodes of a model of the scene, cut off after `seconds` where these are not 0."""
+    from aidsr.learn.episodes.batch import Episodes
+
+    episodes = Episodes(model, scene.task, scene.actions, variations, threads=1)
+    if seconds:
+        episodes.time_limit_s[:] = min(seconds, scene.task.time_limit_s)
+    return episodes
+
+
+def _not_valid(scene: TaskScene, tracks: Script, won: Sequence[int], seconds: float) -> list[tuple[str, ...]]:
     """Return for each variation that a script wins why this is not the work of cables and soft body, in clauses.
 
     Empty where it is.
     """
-    from aidsr.learn.episodes.batch import Episodes
     from aidsr.learn.episodes.rollout import rollout
     from aidsr.sim.deactivate import other_actuators, with_locked_soft_body, without_cables, without_other_actuators
     from aidsr.sim.structure import read_structure
@@ -91,7 +102,7 @@ def _not_valid(scene: TaskScene, tracks: Script, won: Sequence[int]) -> list[tup
     chosen, structure = [scene.task.variation("development", index) for index in won], read_structure(scene.model)
 
     def wins(model: MjModel) -> BoolArray:
-        episodes = Episodes(model, scene.task, scene.actions, chosen, threads=1)
+        episodes = _episodes(scene, model, chosen, seconds)
         return rollout(episodes, _motion(scene, tracks)).success
 
     others = other_actuators(structure)
@@ -117,16 +128,13 @@ def record(
     distances: Sequence[tuple[str, str]] = (),
 ) -> Recording:
     """Let a policy play one episode and return what happened; see `play`."""
-    from aidsr.learn.episodes.batch import Episodes
     from aidsr.learn.episodes.rollout import rollout
     from aidsr.tools.commands import unnamed_in_words
     from aidsr.tools.recorder import Recorder
     from aidsr.tools.script import ScriptPolicy
 
     chosen = scene.task.variation("development", variation)
-    episodes = Episodes(scene.model, scene.task, scene.actions, [chosen], threads=1)
-    if seconds:
-        episodes.time_limit_s[:] = min(seconds, scene.task.time_limit_s)
+    episodes = _episodes(scene, scene.model, [chosen], seconds)
     recorder = Recorder(scene, chosen, episodes, distances)
     outcomes = rollout(episodes, policy, recorder.step)
     played = recorder.recording(outcomes, variation)

@@ -212,8 +212,8 @@ class Recording(Artifact):
         if self.not_valid is None:
             return []
         if self.not_valid:
-            return [f"a policy that does this is not valid: {' and '.join(self.not_valid)}"]
-        return ["with slack cables, or with a locked soft body, the same motion does not succeed, as a valid policy's"]
+            return [f"cables and soft body do not do this, so no valid policy wins so: {' and '.join(self.not_valid)}"]
+        return ["with slack cables or a locked soft body the same motion fails, as it must for a valid policy"]
 
     def _against(self) -> list[str]:
         told = self.against_s and not self.passed
