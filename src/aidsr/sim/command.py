@@ -32,8 +32,9 @@ class Command:
 def command_of(model: mujoco.MjModel, actuator: int) -> Command | None:
     """Return what the command of an actuator means, None where that is none of MuJoCo's shortcuts.
 
-    Known are `position`, `velocity`, `intvelocity` and `motor`, also written as `general`, on hinges, slides and spatial
-    tendons, and forces or torques at sites. The unit of a fixed tendon depends on its coefficients and is not known.
+    Known are `position`, `velocity`, `intvelocity` and `motor`, also written as `general`, on hinges, slides and
+    spatial tendons, and forces or torques at sites. The unit of a fixed tendon depends on its coefficients and is not
+    known.
 
     Source: MuJoCo XML reference, actuator/position, velocity, intvelocity and motor.
     """
