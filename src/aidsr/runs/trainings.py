@@ -140,8 +140,8 @@ def verdicts_of(design: DesignFolder) -> tuple[Evaluation, ...]:
 def best_verdict(verdicts: Iterable[Evaluation]) -> Evaluation | None:
     """Return the verdict of the policy that speaks for a design, None where none was judged.
 
-    A valid policy speaks before one that is not, then the one with the most held-out successes: what is said of a design
-    is said of this one policy.
+    A valid policy speaks before one that is not, then the one with the most held-out successes: what is said of a
+    design is said of this one policy.
     """
     return max(verdicts, key=lambda one: (one.valid, one.success_share), default=None)
 
