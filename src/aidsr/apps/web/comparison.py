@@ -46,7 +46,9 @@ def comparison_table(site: Site, run: Run) -> None:
 
 def compare_measured(site: Site, designs: Sequence[tuple[Run, int]]) -> None:
     """Show some designs, of any runs, as columns of one table."""
-    columns = (comparison_column(run.name, run.design(number), site.view(run).design(number)) for run, number in designs)
+    columns = (
+        comparison_column(run.name, run.design(number), site.view(run).design(number)) for run, number in designs
+    )
     _table(tuple(columns), pictures=False)
 
 

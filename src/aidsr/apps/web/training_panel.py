@@ -139,7 +139,10 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
                     act = as_action(lambda: site.processes.stop(name))
                     button("Stop", act, "danger", "stop", "What was learned is kept")
                 else:
-                    text("Another process does this (a study, or a terminal); stop it where it was started.", "small soft")
+                    text(
+                        "Another process does this (a study, or a terminal); stop it where it was started.",
+                        "small soft",
+                    )
         else:
             _start(site, run, design, name)
             if state.output_tail:
