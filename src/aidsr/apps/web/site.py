@@ -55,7 +55,7 @@ class DesignView:
 
 @dataclass(frozen=True)
 class Job:
-    """A process at work on a design: started by the web app, or a training that another process does (a study, or a terminal)."""
+    """A process at work on a design: started by the web app, or a training that a study or a terminal does."""
 
     number: int
     """Of the design."""
