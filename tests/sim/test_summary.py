@@ -74,6 +74,26 @@ def test_it_says_what_a_command_means() -> None:
     )
 
 
+def test_a_gear_or_a_gain_between_command_and_joint_is_reckoned_with() -> None:
+    actuators = (
+        '<motor name="push" joint="rail" gear="5" ctrlrange="-2 1"/>'
+        '<motor name="back" joint="rail" gear="-1" ctrlrange="-2 1"/>'
+        '<position name="turn" joint="door" kp="10" gear="2" ctrlrange="0 3.1415926"/>'
+        '<general name="rising" joint="rail" dyntype="integrator" ctrlrange="-1 1"/>'
+    )
+    world = (
+        '<mujoco><worldbody><body><joint name="rail" type="slide"/><geom size="0.1"/></body>'
+        '<body><joint name="door"/><geom size="0.1"/></body></worldbody>'
+    )
+    mjcf = f"{world}<actuator>{actuators}</actuator></mujoco>"
+    assert summarize_environment(mjcf, may_hold_robot=True).actuators == (
+        "push: commands the force on rail, -10 to 5 N",
+        "back: commands the force on rail, -1 to 2 N",
+        "turn: commands the position of door, 0 to 90 deg",
+        "rising",
+    )
+
+
 def test_a_mount_says_where_a_robot_would_point_and_what_moves_it(summary: EnvironmentSummary) -> None:
     wall, wrist = summary.mounts
     assert (wall.name, wall.position_m, wall.z_axis, wall.moved_by) == (

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import csv
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -137,6 +138,20 @@ def verdict_in_words(training: Training) -> str:
     share = f"{verdict.success_share:.0%} of {len(verdict.episodes)} held-out episodes"
     reasons = [*([f"fails {failed}"] if failed else []), *resumed]
     return f"training {training.path.name}: {word}, {share}" + (f" ({'; '.join(reasons)})" if reasons else "")
+
+
+def verdicts_of(design: DesignFolder) -> tuple[Evaluation, ...]:
+    """Return the verdicts of the policies of a design that were judged, in order."""
+    return tuple(verdict for one in trainings_of(design) if (verdict := one.evaluation.read()) is not None)
+
+
+def best_verdict(verdicts: Iterable[Evaluation]) -> Evaluation | None:
+    """Return the verdict of the policy that speaks for a design, None where none was judged.
+
+    A valid policy speaks before one that is not, then the one with the most held-out successes: what is said of a
+    design is said of this one policy.
+    """
+    return max(verdicts, key=lambda one: (one.valid, one.success_share), default=None)
 
 
 def read_curve(training: Training) -> tuple[CurveRow, ...]:

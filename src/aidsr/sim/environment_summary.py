@@ -10,9 +10,10 @@ import numpy as np
 from aidsr.core.artifacts import BodySummary, EnvironmentSummary, GeomSummary, MountSummary, SiteSummary, Vec3
 from aidsr.mjcf.compile import load_mjcf
 from aidsr.sandbox.isolated import isolated
+from aidsr.sim.command import command_of
 from aidsr.sim.placement import check_environment, mount_names
 
-_JOINT, _GEOM, _DYNAMICS, _TRANSMISSION = mujoco.mjtJoint, mujoco.mjtGeom, mujoco.mjtDyn, mujoco.mjtTrn
+_JOINT, _GEOM = mujoco.mjtJoint, mujoco.mjtGeom
 _SIZES = {
     int(_GEOM.mjGEOM_PLANE): 2,
     int(_GEOM.mjGEOM_SPHERE): 1,
@@ -117,32 +118,26 @@ def _joint(model: mujoco.MjModel, data: mujoco.MjData, joint: int) -> str:
 def command_in_words(model: mujoco.MjModel, actuator: int) -> str:
     """Say what a command of an actuator means: a position, a speed or a force, in which unit, over which range."""
     name = model.actuator(actuator).name or "actuator"
-    joint = int(model.actuator_trnid[actuator, 0])
-    if model.actuator_trntype[actuator] != _TRANSMISSION.mjTRN_JOINT:
+    command = command_of(model, actuator)
+    if command is None or model.actuator_trntype[actuator] != mujoco.mjtTrn.mjTRN_JOINT:
         return name
-    kind = _JOINT(int(model.jnt_type[joint]))
-    if kind not in (_JOINT.mjJNT_HINGE, _JOINT.mjJNT_SLIDE):
-        return name
-    turns = kind == _JOINT.mjJNT_HINGE
-    way, scale = ("deg", np.rad2deg(1.0)) if turns else ("m", 1.0)
-    gain, (_, position, speed) = model.actuator_gainprm[actuator, 0], model.actuator_biasprm[actuator, :3]
-    servo = bool(gain) and position == -gain
-    if servo and model.actuator_dyntype[actuator] == _DYNAMICS.mjDYN_INTEGRATOR:
-        what, unit, kept = "speed of", f"{way}/s", _range(model.actuator_actrange[actuator] * scale, way)
-    elif servo:
-        what, unit, kept = "position of", way, ""
-    elif gain and speed == -gain:
-        what, unit, kept = "speed of", f"{way}/s", ""
-    else:
-        what, unit, kept, scale = "torque on" if turns else "force on", "N m" if turns else "N", "", 1.0
-    words = f"{name}: commands the {what} {model.joint(joint).name or 'a joint'}"
+    unit, factor = command.unit, command.factor
+    if unit.startswith("rad"):
+        unit, factor = unit.replace("rad", "deg"), np.rad2deg(factor)
+    what = {"position": "position of", "speed": "speed of", "force": "torque on" if unit == "N m" else "force on"}
+    joint = model.joint(int(model.actuator_trnid[actuator, 0])).name or "a joint"
+    words = f"{name}: commands the {what[command.kind]} {joint}"
     if model.actuator_ctrllimited[actuator]:
-        words += f", {_range(model.actuator_ctrlrange[actuator] * scale, unit)}"
-    return words + (f", until it is at an end of {kept}" if kept and model.actuator_actlimited[actuator] else "")
+        words += f", {_range(model.actuator_ctrlrange[actuator] * factor, unit)}"
+    if model.actuator_dyntype[actuator] == mujoco.mjtDyn.mjDYN_INTEGRATOR and model.actuator_actlimited[actuator]:
+        ends = _range(model.actuator_actrange[actuator] * factor, unit.removesuffix("/s"))
+        words += f", until it is at an end of {ends}"
+    return words
 
 
 def _range(ends: Any, unit: str) -> str:
-    return f"{round(float(ends[0]), _DECIMALS):g} to {round(float(ends[1]), _DECIMALS):g} {unit}"
+    low, high = (round(float(end), _DECIMALS) for end in sorted(ends))  # a negative gear turns them round
+    return f"{low:g} to {high:g} {unit}"
 
 
 def _resistance(model: mujoco.MjModel, joint: int, force: str, way: str) -> str:

@@ -60,7 +60,7 @@ def test_a_training_from_a_terminal_is_at_work_and_says_that_it_is_evaluated(run
         expect(state).to_have_text("stopped")
         lock = DirectoryLock(folder)  # as `aidsr train` holds it
         expect(state).to_have_text("running")
-        expect(page.get_by_text("Started in a terminal")).to_be_visible()
+        expect(page.get_by_text("Another process does this")).to_be_visible()
         expect(page.get_by_role("button", name="Start training")).to_have_count(0)
         page.goto(server.address("/work"))
         row = page.locator("table.work tbody tr")
@@ -219,3 +219,32 @@ def test_a_comparison_groups_actuators_as_the_design_itself(runs: Path, server: 
         expect(group.locator(".v3d-value")).to_have_text(re.compile(r"0\.\d+ N|[1-9]\S* N"))
         page.goto(server.address(f"/compare?design={run.name}/1&design={run.name}/2"))
         expect(page.locator(".v3d-group .v3d-name")).to_have_text(["bend", "bend"])
+
+
+def test_a_group_stays_together_and_says_what_each_member_does(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    design = run.design(1).iteration(2)
+    cables = re.findall(r'<motor name="([^"]+)"', gripper())
+    joint = re.search(r'<joint name="([^"]+)"', gripper())
+    assert joint
+    mjcf = gripper().replace("</actuator>", f'<motor name="extra" joint="{joint[1]}" ctrlrange="0 1"/></actuator>')
+    design.scene.xml.path.write_text(mjcf)
+    groups = [
+        ActuatorGroup(name="bend", actuators=tuple(cables[:2])),
+        ActuatorGroup(name="mixed", actuators=(cables[2], "extra")),
+    ]
+    about = json.loads((design.path / "robot.json").read_text())
+    about |= {"actuator_groups": [group.model_dump() for group in groups]}
+    replace_file(design.path / "robot.json", json.dumps(about).encode())
+    with browsing(webgl=True) as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{run.name}/1"))
+        names = page.locator(".v3d-name")
+        expect(names).to_have_text(["bend", *cables[:2], "mixed", cables[2], "extra", *cables[3:]])
+        expect(page.locator(".v3d-head b")).to_have_text(["Pull the tendons"])
+        value = page.locator(".v3d-row .v3d-value")
+        expect(value.nth(0)).to_have_text("0 N")
+        page.locator(".v3d-row").nth(1).locator('[tabindex="0"]').press("PageUp")
+        expect(value.nth(1)).not_to_have_text("0 N")
+        expect(value.nth(2)).to_have_text("0 N")
+        expect(value.nth(0)).to_have_text(f"0 to {value.nth(1).inner_text()}")

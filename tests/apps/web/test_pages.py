@@ -20,6 +20,8 @@ from nicegui.storage import Storage
 from nicegui.testing import User, user_simulation
 from nicegui.testing.user_interaction import UserInteraction
 
+from aidsr.apps.web.comparison import comparison_column
+from aidsr.apps.web.designs_page import design_row
 from aidsr.apps.web.live import working
 from aidsr.apps.web.manual_panel import answer, prompts_of
 from aidsr.apps.web.mjcf_text import difference, highlighted
@@ -38,6 +40,7 @@ from aidsr.core.artifacts import (
     TaskReport,
 )
 from aidsr.core.config import Budget, RunConfig
+from aidsr.core.directory_lock import DirectoryLock
 from aidsr.core.errors import UserError
 from aidsr.runs import EventLog
 from aidsr.runs.events import Started, Stopped
@@ -326,6 +329,37 @@ async def test_success_left_by_a_perturbation_is_shown(user: User, site: Site) -
     user.find("Training").click()
     for expected in ("Where the scene differs from its model", "cable friction 0.3", "1 of 4", "5% to 70%", "25%"):
         await user.should_see(expected)
+
+
+def test_what_is_said_of_a_design_is_said_of_one_policy(tmp_path: Path) -> None:
+    site = Site.at(tmp_path)
+    run = made_run(site.library.path, designs=1)
+    design = run.design(1)
+    cheating = PlausibilityCheck(
+        name="cables", passed=False, measured=0.9, limit=0.1, unit="", message="it wins with slack cables"
+    )
+    made_training(design, (True, True, True, True), (cheating,)).rename(design.path / "training" / "002")
+    made_training(design, (True, True, True, False))
+    view = site.view(run).design(1)
+    assert (view.trained, view.held_out, view.valid, view.successful) == (2, (3, 4), True, True)
+    assert design_row(site.view(run), view, design).success == 0.75
+    rows = dict(comparison_column(run.name, design, view).rows)
+    told = ("held-out success", "valid", "successful")
+    assert tuple(rows[name] for name in told) == ("75% of 4", "yes", "yes")
+
+
+@visiting
+async def test_of_a_training_that_another_process_does_it_is_said_where_to_stop_it(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=1)
+    folder = made_training(run.design(1))
+    replace_file(folder / "training.json", b"{}")
+    lock = DirectoryLock(folder)
+    await user.open(f"/run/{run.path.name}/1?tab=training")
+    await user.should_see("Another process does this (a study, or a terminal); stop it where it was started.")
+    await user.should_see("Its films are being drawn, or it is being judged again.")
+    (task,) = site.work.tasks()
+    assert task.doing == "its films are drawn, or it is judged again"
+    lock.release()
 
 
 @visiting

@@ -5,6 +5,8 @@ from pathlib import Path
 from browser import Server, browsing, shoot
 from playwright.sync_api import expect
 
+from aidsr.studies.study import open_study
+
 
 def test_a_study_is_started_watched_and_opened_down_to_a_run(runs: Path, server: Server) -> None:
     with browsing() as visitor:
@@ -20,6 +22,7 @@ def test_a_study_is_started_watched_and_opened_down_to_a_run(runs: Path, server:
         page.get_by_role("option", name="all tasks").click()
         page.get_by_role("option", name="button pushing").click()
         page.keyboard.press("Escape")
+        page.get_by_role("group", name="protocol").get_by_role("button", name="paper").click()
         page.get_by_text("Also probe each approved design").click()
         page.get_by_role("button", name="Estimate").click()
         expect(page.get_by_text("core hours")).to_be_visible()
@@ -35,3 +38,4 @@ def test_a_study_is_started_watched_and_opened_down_to_a_run(runs: Path, server:
         page.get_by_role("navigation").get_by_role("link", name="first").click()
         expect(page.get_by_role("heading", name="first", level=1)).to_be_visible()
     assert (runs / "first" / "report.html").is_file()
+    assert open_study(runs / "first").plan.protocol == "paper"

@@ -126,6 +126,19 @@ def test_a_form_becomes_the_plan_that_the_command_line_makes(tmp_path: Path) -> 
     assert not (tmp_path / "mine").exists()
 
 
+@pytest.mark.parametrize("protocol", ["best", "paper"])
+def test_a_form_says_by_which_protocol_policies_are_trained(tmp_path: Path, protocol: str) -> None:
+    form = {**FRESH, "name": "mine", "tasks": ["locomotion/gap"], "protocol": protocol}
+    assert asked(Site.at(tmp_path), form).study.plan.protocol == protocol
+    form["methods"] = ["full", "from_probe"]
+    if protocol == "paper":
+        arms = asked(Site.at(tmp_path), form).study.plan.arms
+        assert [arm.from_probe for arm in arms] == [False, True]
+    else:
+        with pytest.raises(UserError, match='protocol "paper"'):
+            asked(Site.at(tmp_path), form)
+
+
 @pytest.mark.parametrize(
     ("changed", "complaint"),
     [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import re
 import struct
 from collections.abc import Awaitable, Callable
 from pathlib import Path
@@ -98,9 +99,13 @@ def test_a_slider_says_newtons_for_a_tendon_and_the_unit_of_any_other_command() 
         <motor name="force" joint="lift"/><motor name="torque" joint="turn"/>
         <motor name="geared" joint="turn" gear="5"/>
         <position name="angle" joint="turn" kp="4" kv="1"/><general name="push" site="s" gear="0 1"/>
+        <intvelocity name="feed" joint="lift" kp="100" actrange="0 1"/>
+        <intvelocity name="spin" joint="turn" kp="9" kv="1" actrange="0 1"/>
+        <general name="rising" joint="lift" dyntype="integrator" actrange="0 1" actlimited="true"/>
         </actuator></mujoco>"""
     controls = {each["name"]: each for each in DisplayModel.of(others).facts["controls"]}
     expected = {"height": "m", "rate": "m/s", "force": "N", "torque": "N m", "geared": "", "angle": "rad", "push": "N"}
+    expected |= {"feed": "m/s", "spin": "rad/s", "rising": ""}
     assert {name: control["unit"] for name, control in controls.items()} == expected
     shown = DisplayModel.of(arm())
     for drive, control in zip(shown.drives, shown.facts["controls"], strict=True):
@@ -108,6 +113,17 @@ def test_a_slider_says_newtons_for_a_tendon_and_the_unit_of_any_other_command() 
         assert control["pulls_n"][-1] == pytest.approx(-min(drive.force_low_n, drive.force_high_n), rel=1e-3)
         assert control["pulls_n"][-1] > 0.1
         assert control["pulls_n"] == sorted(control["pulls_n"])
+
+
+def test_a_slider_of_a_fixed_tendon_says_no_newtons() -> None:
+    mjcf = arm()
+    joints = re.findall(r'<joint name="([^"]+)"', mjcf)[:2]
+    summed = "".join(f'<joint joint="{joint}" coef="1"/>' for joint in joints)
+    mjcf = mjcf.replace("</tendon>", f'<fixed name="sum">{summed}</fixed></tendon>')
+    mjcf = mjcf.replace("</actuator>", '<motor name="on_sum" tendon="sum" ctrlrange="0 1"/></actuator>')
+    controls = {each["name"]: each for each in DisplayModel.of(mjcf).facts["controls"]}
+    assert controls["on_sum"]["pulls_tendon"]
+    assert (controls["on_sum"]["unit"], controls["on_sum"]["pulls_n"]) == ("", [])
 
 
 def test_frames_and_inertia_of_bodies_are_where_mujoco_has_them() -> None:

@@ -11,11 +11,10 @@ from nicegui import ui
 from aidsr.apps.web.live import live
 from aidsr.apps.web.site import DesignView, Site
 from aidsr.apps.web.widgets import badge, box, file_address, image, text
-from aidsr.core.artifacts import Evaluation
 from aidsr.core.formatting import format_cost, format_duration, format_number
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.compare import attempted
-from aidsr.runs.trainings import trainings_of
+from aidsr.runs.trainings import best_verdict, verdicts_of
 
 _MEASURED = (
     ("length of a limb", "characteristic_length_m", 1000.0, "mm"),
@@ -31,7 +30,9 @@ faults and parts."""
 
 
 @dataclass(frozen=True)
-class _Column:
+class Column:
+    """A design in the table."""
+
     run: str
     design: DesignView
     rows: tuple[tuple[str, str], ...]
@@ -45,7 +46,9 @@ def comparison_table(site: Site, run: Run) -> None:
 
 def compare_measured(site: Site, designs: Sequence[tuple[Run, int]]) -> None:
     """Show some designs, of any runs, as columns of one table."""
-    columns = (_column(run.name, run.design(number), site.view(run).design(number)) for run, number in designs)
+    columns = (
+        comparison_column(run.name, run.design(number), site.view(run).design(number)) for run, number in designs
+    )
     _table(tuple(columns), pictures=False)
 
 
@@ -58,12 +61,13 @@ def measured_in_words(measurements: dict[str, Any]) -> tuple[tuple[str, str], ..
     )
 
 
-def _read(site: Site, run: Run) -> tuple[_Column, ...]:
+def _read(site: Site, run: Run) -> tuple[Column, ...]:
     view = site.view(run)
-    return tuple(_column(view.name, run.design(design.status.number), design) for design in view.designs)
+    return tuple(comparison_column(view.name, run.design(design.status.number), design) for design in view.designs)
 
 
-def _column(run: str, folder: DesignFolder, design: DesignView) -> _Column:
+def comparison_column(run: str, folder: DesignFolder, design: DesignView) -> Column:
+    """Return what is measured of a design, as a column of the table."""
     status = design.status
     state = attempted(folder, status.stands_at) if status.stands_at else None
     concept, report = (state.concept, state.report) if state else (None, None)
@@ -79,14 +83,13 @@ def _column(run: str, folder: DesignFolder, design: DesignView) -> _Column:
         ("paid", format_cost(status.usage)),
         *_trained(folder),
     ]
-    return _Column(run, design, tuple((name, value) for name, value in rows if value), design.motion)
+    return Column(run, design, tuple((name, value) for name, value in rows if value), design.motion)
 
 
 def _trained(folder: DesignFolder) -> list[tuple[str, str]]:
-    verdicts = [verdict for one in trainings_of(folder) if (verdict := one.evaluation.read()) is not None]
-    if not verdicts:
+    best = best_verdict(verdicts_of(folder))
+    if best is None:
         return []
-    best: Evaluation = max(verdicts, key=lambda verdict: verdict.success_share)
     return [
         ("held-out success", f"{best.success_share:.0%} of {len(best.episodes)}"),
         ("valid", "yes" if best.valid else "no"),
@@ -94,7 +97,7 @@ def _trained(folder: DesignFolder) -> list[tuple[str, str]]:
     ]
 
 
-def _table(columns: tuple[_Column, ...], *, pictures: bool = True) -> None:
+def _table(columns: tuple[Column, ...], *, pictures: bool = True) -> None:
     if not columns:
         with box("sheet empty"):
             text("There are no designs to compare yet.", "soft")
@@ -112,7 +115,7 @@ def _table(columns: tuple[_Column, ...], *, pictures: bool = True) -> None:
                     text(dict(column.rows).get(name, "–"), "numbers", "td")
 
 
-def _title(column: _Column, *, pictures: bool) -> None:
+def _title(column: Column, *, pictures: bool) -> None:
     status = column.design.status
     with box(tag="td"), box("stack tight"):
         if pictures:

@@ -16,12 +16,13 @@ from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import as_action, live
 from aidsr.apps.web.site import DesignView, RunView, Site, model_in_words, state_of
 from aidsr.apps.web.widgets import badge, box, button, image, label_cells, text, thumbnail_address
+from aidsr.core.artifacts import Evaluation
 from aidsr.core.errors import UserError
 from aidsr.fabrication.schema import PartEntry
 from aidsr.runs import DesignFolder
 from aidsr.runs.compare import attempted
 from aidsr.runs.files import JsonFile
-from aidsr.runs.trainings import trainings_of
+from aidsr.runs.trainings import best_verdict, verdicts_of
 
 MOST_COMPARED = 4
 """Designs side by side. Our choice: as many views as fit a screen."""
@@ -136,11 +137,10 @@ def _read(site: Site) -> tuple[DesignRow, ...]:
 def design_row(view: RunView, design: DesignView, folder: DesignFolder) -> DesignRow:
     """Return a design as a row of the table."""
     status, record = design.status, view.status.record
-    shares: list[float] = []
+    best: Evaluation | None = None
     amounts: tuple[tuple[str, float], ...] = ()
     if design.trained:
-        verdicts = [verdict for one in trainings_of(folder) if (verdict := one.evaluation.read()) is not None]
-        shares = [verdict.success_share for verdict in verdicts]
+        best = best_verdict(verdicts_of(folder))
         amounts = tuple(_amounts(design, folder))
     return DesignRow(
         run=view.name,
@@ -152,7 +152,7 @@ def design_row(view: RunView, design: DesignView, folder: DesignFolder) -> Desig
         state=status.outcome.outcome if status.outcome else state_of(view.shown, design),
         iterations=status.iteration,
         tokens=status.usage.input_tokens + status.usage.output_tokens,
-        success=max(shares, default=None),
+        success=best.success_share if best else None,
         started=record.started,
         picture=design.picture,
         amounts=amounts,

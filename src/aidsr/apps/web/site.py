@@ -17,7 +17,7 @@ from aidsr.runs.events import at_work
 from aidsr.runs.library import fingerprint
 from aidsr.runs.stages import Attempt, attempts
 from aidsr.runs.status import State, newest
-from aidsr.runs.trainings import Training, trainings_of
+from aidsr.runs.trainings import Training, best_verdict, trainings_of, verdicts_of
 from aidsr.teams.providers.manual import pending_prompts, prompts_directory
 
 if TYPE_CHECKING:
@@ -42,10 +42,11 @@ class DesignView:
     trained: int
     """How many policies were judged."""
     valid: bool
-    """By at least one of them."""
+    """Its best policy, see `aidsr.runs.trainings.best_verdict`."""
     successful: bool
+    """The same policy."""
     held_out: tuple[int, int] | None
-    """Held-out episodes that its best policy won, and of how many; None where none was judged."""
+    """Held-out episodes that this policy won, and of how many; None where none was judged."""
     warnings: int
     """Of the validator, at the iteration it stands at."""
     since: str
@@ -54,7 +55,7 @@ class DesignView:
 
 @dataclass(frozen=True)
 class Job:
-    """A process at work on a design: started by the web app, or a training that was started in a terminal."""
+    """A process at work on a design: started by the web app, or a training that a study or a terminal does."""
 
     number: int
     """Of the design."""
@@ -247,8 +248,8 @@ def shortened(words: str) -> str:
 
 def _design(run: Run, design: DesignFolder, status: DesignStatus) -> DesignView:
     trainings = trainings_of(design)
-    verdicts = [verdict for one in trainings if (verdict := one.evaluation.read()) is not None]
-    best = max(verdicts, key=lambda verdict: verdict.success_share, default=None)
+    verdicts = verdicts_of(design)
+    best = best_verdict(verdicts)
     stands = design.iteration(status.stands_at)
     report = stands.scene_report.read() or stands.robot_report.read()
     newest_first = design.leading_to(status.stands_at)
@@ -261,8 +262,8 @@ def _design(run: Run, design: DesignFolder, status: DesignStatus) -> DesignView:
         motion=motion.relative_to(run.path).as_posix() if motion else "",
         trainings=trainings,
         trained=len(verdicts),
-        valid=any(verdict.valid for verdict in verdicts),
-        successful=any(verdict.successful for verdict in verdicts),
+        valid=best is not None and best.valid,
+        successful=best is not None and best.successful,
         held_out=(sum(each.ended == "succeeded" for each in best.episodes), len(best.episodes)) if best else None,
         warnings=len(report.warnings) if report else 0,
         since=_changed(design.events),

@@ -27,6 +27,7 @@ from aidsr.teams.providers import providers
 _ALL = "all"
 _METHODS = tuple(name for name in get_args(StudyMethod) if not name.startswith("human"))
 """Those with a person's words need a file of them; see `aidsr benchmark --feedback`."""
+_PROTOCOLS = ("best", "paper")
 _NUMBERS = {
     "designs": ("Designs a task and arm", 1, 1),
     "concepts": ("Concepts of a run", 1, 1),
@@ -47,6 +48,7 @@ FRESH: dict[str, Any] = {
     "concepts": 3,
     "seeds": 1,
     "steps": 300_000,
+    "protocol": "best",
     "jobs": JOBS,
     "probe": True,
     "cost_usd": None,
@@ -110,6 +112,7 @@ def asked(site: Site, form: Form) -> _Asked:
         concepts=numbers["concepts"],
         seeds=numbers["seeds"],
         steps=numbers["steps"],
+        protocol=form["protocol"],
         probe=bool(form["probe"]),
     )
     given = {key: form[key] for key in ("cost_usd", "tokens") if form[key] is not None}
@@ -154,6 +157,11 @@ def _how(form: Form) -> None:
                 field = ui.number(title, min=0, step=1).props("outlined dense clearable")
                 field.bind_value(form, key).props["placeholder"] = "no limit"
         text("Each job takes one core. The limits hold for the whole study.", "small soft")
+        with box("row"):
+            text("Policies are trained by the protocol", "small")
+            protocol = ui.toggle(list(_PROTOCOLS)).props('dense unelevated no-caps role=group aria-label="protocol"')
+            protocol.bind_value(form, "protocol")
+            text('The method "from probe" needs "paper".', "small soft")
         ui.switch("Also probe each approved design without learning").bind_value(form, "probe")
 
 

@@ -29,7 +29,7 @@ Play = Callable[[int, ui.button], None]
 _DOING = {
     "learning": "A policy is learning.",
     "evaluating": "The policy is being judged.",
-    "judged": "Films of its episodes are being drawn.",
+    "judged": "Its films are being drawn, or it is being judged again.",
 }
 _DEFAULTS: dict[str, Any] = {"steps": 300_000, "seeds": 1, "task": "", "films": True}
 """As `aidsr train` has it."""
@@ -139,7 +139,10 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
                     act = as_action(lambda: site.processes.stop(name))
                     button("Stop", act, "danger", "stop", "What was learned is kept")
                 else:
-                    text("Started in a terminal; end it there with Control-C.", "small soft")
+                    text(
+                        "Another process does this (a study, or a terminal); stop it where it was started.",
+                        "small soft",
+                    )
         else:
             _start(site, run, design, name)
             if state.output_tail:

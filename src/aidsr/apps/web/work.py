@@ -122,8 +122,9 @@ class Work:
         curve = read_curve(learning[-1]) if learning else ()
         steps = int((learning[-1].config.read() or {}).get("steps", 0)) if learning else 0
         if not curve or not steps:
-            filming = bool(at_work) and at_work[-1].stage == "judged"
-            doing = "learning begins" if learning else "its films are drawn" if filming else "the policy is judged"
+            again = bool(at_work) and at_work[-1].stage == "judged"
+            judging = "its films are drawn, or it is judged again" if again else "the policy is judged"
+            doing = "learning begins" if learning else judging
             return Task("training", title, address, doing, since, process=job.process)
         done, speed = min(curve[-1].steps, steps), curve[-1].steps_per_s
         doing = f"{done:,} of {steps:,} steps"

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.core.artifacts import ActuatorGroup
+from aidsr.sim.command import command_of, is_spatial
 from aidsr.sim.drive import Drive, held_forces
 from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.structure import Structure, name_of
@@ -25,6 +26,9 @@ def control_facts(
 ) -> list[dict[str, Any]]:
     """Return a slider for each actuator, the robot's first.
 
+    `pulls_n` is how hard a cable is pulled along its slider [N]; empty for any other actuator, also for one on a fixed
+    tendon, whose pull is a force or a torque as its coefficients have it.
+
     A slider runs from `release` to `pull`, so that to the right always pulls a tendon, whatever sign the actuator gives
     to it.
     """
@@ -36,6 +40,7 @@ def control_facts(
 def _driven(
     model: mujoco.MjModel, drive: Drive, neutral: NDArray[np.float64], pull: NDArray[np.float64]
 ) -> dict[str, Any]:
+    cable = drive.on_tendon and is_spatial(model, int(model.actuator_trnid[drive.actuator, 0]))
     return {
         "name": name_of(model, _ACTUATOR, drive.actuator),
         "at": drive.ctrl,
@@ -45,7 +50,7 @@ def _driven(
         "robot": True,
         "pulls_tendon": drive.on_tendon,
         "unit": control_unit(model, drive.actuator),
-        "pulls_n": [round(float(each), 4) for each in pull] if drive.on_tendon else [],
+        "pulls_n": [round(float(each), 4) for each in pull] if cable else [],
     }
 
 
@@ -89,41 +94,9 @@ def _pulls(
 
 
 def control_unit(model: mujoco.MjModel, actuator: int) -> str:
-    """Return the unit of an actuator's command: of what it holds, or of the force it gives; empty where unknown.
-
-    Known are MuJoCo's shortcuts: `position` commands a length or an angle, `velocity` its rate, `motor` a force.
-
-    Source: MuJoCo XML reference, actuator/position, velocity and motor.
-    """
-    kind = int(model.actuator_trntype[actuator])
-    if kind == int(mujoco.mjtTrn.mjTRN_TENDON):
-        length, force = "m", "N"
-    elif kind in (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT)):
-        joint = int(model.jnt_type[model.actuator_trnid[actuator, 0]])
-        known = {
-            int(mujoco.mjtJoint.mjJNT_HINGE): ("rad", "N m"),
-            int(mujoco.mjtJoint.mjJNT_SLIDE): ("m", "N"),
-        }
-        length, force = known.get(joint, ("", ""))
-    else:
-        gear = model.actuator_gear[actuator]
-        at_site = kind == int(mujoco.mjtTrn.mjTRN_SITE)
-        alone = np.isclose(np.linalg.norm(gear), 1) and not model.actuator_biasprm[actuator].any()
-        if not (at_site and alone and model.actuator_gainprm[actuator, 0] == 1):
-            return ""
-        return "N" if not gear[3:].any() else "N m" if not gear[:3].any() else ""
-    gain, bias = model.actuator_gainprm[actuator], model.actuator_biasprm[actuator]
-    plain = int(model.actuator_gaintype[actuator]) == int(mujoco.mjtGain.mjGAIN_FIXED)
-    if not length or not plain or int(model.actuator_dyntype[actuator]) == int(mujoco.mjtDyn.mjDYN_USER):
-        return ""
-    geared = abs(model.actuator_gear[actuator, 0]) != 1
-    if int(model.actuator_biastype[actuator]) == int(mujoco.mjtBias.mjBIAS_AFFINE) and bias.any():
-        if geared:
-            return ""
-        if bias[1] and np.isclose(gain[0], -bias[1]):
-            return length
-        return f"{length}/s" if bias[2] and not bias[1] and np.isclose(gain[0], -bias[2]) else ""
-    return force if gain[0] == 1 and not geared and not bias.any() else ""
+    """Return the unit of an actuator's command; empty where it is not known, or a gear or a gain stands between."""
+    command = command_of(model, actuator)
+    return command.unit if command and np.isclose(abs(command.factor), 1.0) else ""
 
 
 def group_facts(model: mujoco.MjModel, structure: Structure, declared: Sequence[ActuatorGroup]) -> list[dict[str, Any]]:

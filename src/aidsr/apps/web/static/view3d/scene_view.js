@@ -179,7 +179,7 @@ export default {
       return DRAWN.filter((one) => one.where?.(this.facts) ?? true);
     },
     parts() {
-      const tendons = (row) => row.members.some((control) => control.pulls_tendon);
+      const tendons = (row) => row.together.some((control) => control.pulls_tendon); // a group stays together
       return [
         { title: "Pull the tendons", rows: this.rows.filter(tendons) },
         { title: "Move other actuators", rows: this.rows.filter((row) => !tendons(row)) },
@@ -196,7 +196,7 @@ export default {
         const members = controls.filter((control) => group.members.includes(control.name));
         members.forEach((member) => grouped.set(member.name, true));
         rows.push(this.row(`group ${group.name}`, group.name, members, { group: true }));
-        for (const member of members) rows.push(this.row(member.name, shortName(member.name), [member], { member: true }));
+        for (const member of members) rows.push(this.row(member.name, shortName(member.name), [member], { member: true, together: members }));
       }
       for (const control of controls)
         if (!grouped.has(control.name)) rows.push(this.row(control.name, shortName(control.name), [control], {}));
@@ -334,21 +334,21 @@ export default {
     row(key, label, members, more) {
       const shares = members.map((control) => (this.ctrl[control.at] - control.release) / (control.pull - control.release || 1));
       const share = Math.min(Math.max(shares.reduce((sum, one) => sum + one, 0) / shares.length || 0, 0), 1);
-      return { key, label, members, share, value: this.amount(members, share), ...more };
+      return { key, label, members, share, value: this.amount(members, shares, share), together: members, ...more };
     },
-    /** How hard tendons are pulled where the robot rests, or the command itself with its unit. */
-    amount(members, share) {
+    /** How hard cables are pulled where the robot rests, each at its own share; or the command itself with its unit. */
+    amount(members, shares, share) {
       const [first] = members;
       if (members.every((control) => control.pulls_n.length)) {
-        const pulls = members.map(({ pulls_n }) => {
-          const at = share * (pulls_n.length - 1);
+        const pulls = members.map(({ pulls_n }, index) => {
+          const at = Math.min(Math.max(shares[index] || 0, 0), 1) * (pulls_n.length - 1);
           const [low, high] = [Math.floor(at), Math.ceil(at)];
           return pulls_n[low] + (at - low) * (pulls_n[high] - pulls_n[low]);
         });
         const [least, most] = [Math.min(...pulls), Math.max(...pulls)].map((pull) => this.number(pull));
         return `${least === most ? most : `${least} to ${most}`} N`;
       }
-      if (members.length > 1) return `${Math.round(100 * share)} %`;
+      if (members.length > 1 || first.pulls_tendon) return `${Math.round(100 * share)} %`;
       return `${this.number(this.ctrl[first.at] ?? 0)} ${first.unit}`.trim();
     },
     pull(row, share) {
