@@ -12,7 +12,7 @@ from aidsr.apps.web.live import working
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.study_page import JOBS
 from aidsr.apps.web.widgets import box, button, fact, text
-from aidsr.core.config import BUILTIN, Budget, StudyMethod, checked_config
+from aidsr.core.config import BUILTIN, Budget, Protocol, StudyMethod, checked_config
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import format_duration
 from aidsr.loop.teams import check_model
@@ -27,7 +27,7 @@ from aidsr.teams.providers import providers
 _ALL = "all"
 _METHODS = tuple(name for name in get_args(StudyMethod) if not name.startswith("human"))
 """Those with a person's words need a file of them; see `aidsr benchmark --feedback`."""
-_PROTOCOLS = ("best", "paper")
+_PROTOCOLS = get_args(Protocol)
 _NUMBERS = {
     "designs": ("Designs a task and arm", 1, 1),
     "concepts": ("Concepts of a run", 1, 1),
