@@ -36,6 +36,7 @@ from aidsr.core.errors import UserError
 from aidsr.core.provenance import commit, processor
 from aidsr.core.rates import Rate
 from aidsr.learn.rl.evaluation import VERDICT_EPISODES
+from aidsr.learn.rl.policy import without_critics
 from aidsr.learn.rl.recipe import PROTOCOLS
 from aidsr.learn.rl.training import BUDGET_STEPS
 from aidsr.learn.rl.training_folder import TrainingFolder
@@ -193,7 +194,7 @@ def _protocol_of(row: Row) -> Protocol:
 
 
 def publish(study: Study, folder: Path) -> None:
-    """Copy what was trained and judged, so that `aidsr evaluate` can judge it again; of a policy only its weights."""
+    """Copy what `aidsr evaluate` needs to judge policies again; of each only the weights that act."""
     for cell in study.cells:
         run = study.run(cell)
         homes = [training_folder_of(run.design(1), seed) for seed in range(study.plan.seeds)] if run else []
@@ -206,7 +207,7 @@ def publish(study: Study, folder: Path) -> None:
                 replace_file(target / name, (home / name).read_bytes())
             with zipfile.ZipFile(home / "policy.zip") as trained, io.BytesIO() as weights:
                 with zipfile.ZipFile(weights, "w", zipfile.ZIP_DEFLATED) as archive:
-                    archive.writestr(zipfile.ZipInfo("policy.pth"), trained.read("policy.pth"))
+                    archive.writestr(zipfile.ZipInfo("policy.pth"), without_critics(trained.read("policy.pth")))
                 replace_file(target / "policy.zip", weights.getvalue())
 
 

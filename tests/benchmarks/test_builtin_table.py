@@ -1,6 +1,7 @@
 """The table of the built-in team says how much of it was measured."""
 
 import importlib.util
+import io
 import json
 import sys
 import zipfile
@@ -8,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import torch
 
 from aidsr.core.artifacts import EpisodeResult, Evaluation, PlausibilityCheck
 from aidsr.core.config import RunConfig
@@ -107,7 +109,9 @@ def judged(study, *, seed: int = 0, valid: bool = False, won: int = 0, of: int =
     (trained / "scene.xml").write_text("<mujoco/>")
     (trained / "normalisation.json").write_text("{}")
     with zipfile.ZipFile(trained / "policy.zip", "w") as archive:
-        archive.writestr("policy.pth", b"weights")
+        weights = io.BytesIO()
+        torch.save({"actor.mu": torch.ones(2), "critic.qf0": torch.ones(9)}, weights)
+        archive.writestr("policy.pth", weights.getvalue())
         archive.writestr("policy.optimizer.pth", b"more")
     return DesignRow(arm="builtin", task=cell.task, run=1, design=1, outcome="approved", evaluations=(evaluation,))
 
@@ -145,7 +149,7 @@ def test_policies_are_published_without_what_only_training_needs(program, study,
     assert (folder / "scene.xml").read_text() == "<mujoco/>"
     with zipfile.ZipFile(folder / "policy.zip") as archive:
         assert archive.namelist() == ["policy.pth"]
-        assert archive.read("policy.pth") == b"weights"
+        assert list(torch.load(io.BytesIO(archive.read("policy.pth")), weights_only=True)) == ["actor.mu"]
 
 
 @pytest.mark.parametrize("name", ["results", "results-60000"])

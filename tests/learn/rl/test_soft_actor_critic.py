@@ -1,6 +1,7 @@
 """Soft actor-critic: what the protocol `best` learns with, how it goes on after a kill, and what it costs."""
 
 import json
+import zipfile
 from dataclasses import dataclass
 from importlib import import_module
 from typing import ClassVar
@@ -14,7 +15,7 @@ from aidsr.core.errors import UserError
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.rl import training
-from aidsr.learn.rl.policy import TrainedPolicy
+from aidsr.learn.rl.policy import TrainedPolicy, without_critics
 from aidsr.learn.rl.recipe import PROTOCOLS, Recipe, recipe_of
 from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
 from aidsr.learn.rl.trained import FinishedTraining, evaluate_training
@@ -230,7 +231,7 @@ def test_of_a_policy_that_falls_again_the_best_is_kept(tmp_path, monkeypatch, ki
 
     def noted(self):
         keep(self)
-        kept.append(TrainedPolicy(self.model.policy, self._best.normalisation).fingerprint)
+        kept.append(TrainedPolicy.of(self.model.policy, self._best.normalisation).fingerprint)
 
     monkeypatch.setattr(training._Training, "_keep_best", noted)
     WonAtFirst.played = 0
@@ -281,3 +282,18 @@ def test_a_recipe_of_before_is_read_where_no_motion_was_searched():
 def test_a_recipe_that_explores_nowhere_is_refused():
     with pytest.raises(ValueError, match="no simulation is left to explore in"):
         Recipe(algorithm="sac", simulations=8)
+
+
+def test_a_policy_without_its_critics_is_the_same_policy(tmp_path):
+    trained(tmp_path)
+    whole = policy_of(tmp_path)
+    with zipfile.ZipFile(tmp_path / "policy.zip") as archive:
+        weights = archive.read("policy.pth")
+    small = without_critics(weights)
+    with zipfile.ZipFile(tmp_path / "policy.zip", "w") as archive:
+        archive.writestr("policy.pth", small)
+    again = policy_of(tmp_path)
+    assert again.fingerprint == whole.fingerprint
+    seen = np.linspace(-1.0, 1.0, whole.normalisation.mean.size)
+    assert np.array_equal(again.act(seen), whole.act(seen))
+    assert len(small) < len(weights) / 3

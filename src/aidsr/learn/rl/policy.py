@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 _MAX_BYTES = 64 * 2**20
 """Bytes of a policy, unpacked, and of its normalisation. Our choice: a hundred times what a usual network takes."""
+_ACTOR, _CRITICS = "actor.", ("critic.", "critic_target.")
+"""What the weights of a policy of soft actor-critic begin with in Stable-Baselines3."""
 _UNREADABLE = (ValueError, TypeError, RuntimeError, EOFError, RecursionError, NotImplementedError, UnpicklingError)
 """What reading weights and JSON raises when they are none; the first is also that of JSON and of text."""
 
@@ -128,7 +130,15 @@ class TrainedPolicy:
     """Acts without noise."""
 
     network: BasePolicy
+    """What acts: the actor of soft actor-critic, without its critics; the whole policy of PPO."""
     normalisation: Normalisation
+
+    @classmethod
+    def of(cls, policy: BasePolicy, normalisation: Normalisation) -> Self:
+        """Return the part of a policy of Stable-Baselines3 that acts."""
+        from stable_baselines3.sac.policies import SACPolicy
+
+        return cls(policy.actor if isinstance(policy, SACPolicy) else policy, normalisation)
 
     def act(self, observation: NDArray[np.floating]) -> FloatArray:
         """See `Policy`."""
@@ -179,11 +189,27 @@ class TrainedPolicy:
         seen = spaces.Box(-np.inf, np.inf, normalisation.mean.shape, np.float32)
         done = spaces.Box(-1.0, 1.0, (n_actions,), np.float32)
         kind = ActorCriticPolicy if recipe.algorithm == "ppo" else SACPolicy
-        network = kind(seen, done, lambda _: recipe.learning_rate, **network_options(recipe))
+        policy = cls.of(kind(seen, done, lambda _: recipe.learning_rate, **network_options(recipe)), normalisation)
         try:
-            network.load_state_dict(weights)
+            policy.network.load_state_dict(_that_act(weights))
         except (RuntimeError, TypeError, AttributeError):
             raise UserError(
                 f"the policy in {folder} was trained for a robot with other actuators, or with another recipe"
             ) from None
-        return cls(network, normalisation)
+        return policy
+
+
+def _that_act(weights: dict[str, Any]) -> dict[str, Any]:
+    """Return the weights of the actor where there is one, under the names that it has for them; else all."""
+    of_actor = {name.removeprefix(_ACTOR): each for name, each in weights.items() if name.startswith(_ACTOR)}
+    return of_actor or weights
+
+
+def without_critics(weights: bytes) -> bytes:
+    """Return a policy.pth that acts as another one does, without the critics of soft actor-critic."""
+    import torch
+
+    kept = torch.load(BytesIO(weights), map_location="cpu", weights_only=True)
+    small = BytesIO()
+    torch.save({name: each for name, each in kept.items() if not name.startswith(_CRITICS)}, small)
+    return small.getvalue()

@@ -301,7 +301,7 @@ class _Training:
 
     def _saturated(self) -> bool:
         """Whether the policy without noise succeeds at fresh development variations."""
-        policy = TrainedPolicy(self.model.policy, Normalisation.of(self.normalised))
+        policy = TrainedPolicy.of(self.model.policy, Normalisation.of(self.normalised))
         self.model.policy.set_training_mode(False)
         course = rollout(self._episodes([self._sample_variation() for _ in range(_SATURATION_EPISODES)]), policy)
         share = float(course.success.mean())
