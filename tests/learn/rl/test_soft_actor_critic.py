@@ -266,7 +266,7 @@ def test_a_policy_is_judged_with_actions_held_as_it_learned_them(tmp_path):
 def test_a_protocol_is_a_recipe_and_options_are_added_to_it():
     assert recipe_of("paper") == PROTOCOLS["paper"] == Recipe()
     assert recipe_of("best", smoothing=0.7) == PROTOCOLS["best"].model_copy(update={"smoothing": 0.7})
-    with pytest.raises(UserError, match="from_probe is for protocol"):
+    with pytest.raises(UserError, match="from_probe needs protocol"):
         recipe_of("best", from_probe=True)
     with pytest.raises(UserError, match='no protocol "fast"'):
         recipe_of("fast")
