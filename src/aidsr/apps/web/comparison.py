@@ -124,4 +124,4 @@ def _title(column: Column, *, pictures: bool) -> None:
                 image(file_address(column.run, column.motion), "its motion", "wide")
         with box("row apart"):
             ui.link(f"{status.number}. {status.concept}", f"/run/{column.run}/{status.number}")
-            badge(status.outcome.outcome if status.outcome else status.state)
+            badge(status.outcome.outcome if status.outcome else status.state, column.design.warnings)

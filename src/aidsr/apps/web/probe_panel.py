@@ -112,19 +112,20 @@ def _version(design: DesignFolder) -> int:
 def _variations(site: Site, run: Run, design: DesignFolder, stage: Stage, report: ProbeReport) -> None:
     with box("scroll", tabindex="0", role="region", aria_label="variations of the probe"), box("list plain", "table"):
         with box(tag="thead"), box(tag="tr"):
-            for title in ("variation", "ended", "best", "at the end", "time", "best motion", "replay"):
-                numbers = dict.fromkeys(("best", "at the end", "time"), "num")
+            for title in ("variation", "how the best motion ended", "best", "at the end", "replay"):
+                numbers = dict.fromkeys(("best", "at the end"), "num")
                 text(title, (numbers | {"replay": "unseen"}).get(title, ""), "th")
         with box(tag="tbody"):
             for index, one in enumerate(report.variations):
                 episode = one.episode
                 with box(tag="tr"):
                     text(str(episode.variation), "", "td")
-                    text(episode.ended.replace("_", " "), "good" if episode.ended == "succeeded" else "", "td")
+                    with box(tag="td"):
+                        ended = f"{episode.ended.replace('_', ' ')} after {episode.time_s:.2f} s"
+                        text(ended, "good" if episode.ended == "succeeded" else "")
+                        text(one.motion.summary, "small soft", "p")
                     text(f"{episode.best_progress:.2f}", "num", "td")
                     text(f"{episode.progress:.2f}", "num", "td")
-                    text(f"{episode.time_s:.2f} s", "num", "td")
-                    text(one.motion.summary, "small soft", "td")
                     with box(tag="td"):
                         _replay(site, run, design, stage, index, episode.variation)
 
