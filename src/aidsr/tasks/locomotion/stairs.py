@@ -69,7 +69,10 @@ class Stairs(LaneTask):
             progress=(
                 "Nine tenths for the way to the third edge, one for height: for more, policies stand tall and stay."
             ),
-            success="Past the third edge, up by four fifths of all steps, and not off the side.",
+            success=(
+                "The centre of mass is past the third edge, by four fifths of all steps higher than at its lowest, "
+                "and not off the side."
+            ),
             violation=LEAVES_LANE,
             failure=f"A part of the robot starts beyond the first edge. {OUT_OF_LANE}",
         )

@@ -92,7 +92,8 @@ class ForceControlledBrushing(Task):
             ),
             success=(
                 "Enough cells are brushed, each in its turn, with the force in the band most of the time and hardly "
-                f"ever more than {MAX_FORCE_N:g} N."
+                f"ever more than {MAX_FORCE_N:g} N. A force is that of all contacts together, at right angles to the "
+                "wall."
             ),
             violation=f"A peak of more than {MAX_FORCE_N:g} N.",
         )

@@ -100,8 +100,9 @@ class PipeInserting(Task):
             ),
             progress="A fifth for coming to the mouth, the rest for the way down the pipe and into the branch.",
             success=(
-                f"The tip is deep enough in the branch, and more than {self.wall_n:g} N were on the walls in at most "
-                f"{100 * SELDOM:g} % of the time in contact."
+                "The tip is deep enough along the branch, and all contacts on the walls together were more than "
+                f"{self.wall_n:g} N in at most {100 * SELDOM:g} % of the time in contact. The policy observes to which "
+                "side the branch leaves, and how steeply."
             ),
             violation=f"More than {MAX_WALL_N:g} N on the walls.",
         )
