@@ -89,8 +89,11 @@ def test_pages_have_no_serious_findings(runs: Path, server: Server, scheme: str,
 
 @pytest.mark.parametrize(("scheme", "width"), SCHEMES_AND_WIDTHS)
 def test_the_page_that_asks_for_the_token_has_no_serious_findings(runs: Path, scheme: str, width: int) -> None:
-    server = Server.start(runs, token="correct-horse-battery")
-    with browsing(color_scheme=scheme, viewport={"width": width, "height": 900}) as visitor:
+    screen = {"width": width, "height": 900}
+    with (
+        Server.over(runs, token="correct-horse-battery") as server,
+        browsing(color_scheme=scheme, viewport=screen) as visitor,
+    ):
         page = visitor.new_page()
         page.goto(server.address())
         found = findings(page)
@@ -99,7 +102,6 @@ def test_the_page_that_asks_for_the_token_has_no_serious_findings(runs: Path, sc
         page.get_by_role("alert").wait_for()
         found += findings(page)
         assert page.evaluate("innerWidth") == width, "a phone shows it in its own size"
-    server.stop()
     assert not found
 
 
