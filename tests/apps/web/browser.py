@@ -1,24 +1,24 @@
 """The page in a real browser: the server as a process of its own, and Chromium where there is one."""
 
+import asyncio
 import io
 import os
 import shutil
-import signal
 import socket
-import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from multiprocessing.context import ForkServerProcess
 from pathlib import Path
 from urllib.error import HTTPError
 from urllib.request import urlopen
 
 import pytest
 from PIL import Image
-from playwright.sync_api import BrowserContext, Page, expect, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Page, Playwright, expect, sync_playwright
 from playwright.sync_api import TimeoutError as PlaywrightTimeout
+from serving import interrupt, started
 
 IMAGES = Path(__file__).parents[3] / "docs" / "images" / "web"
 PATIENCE_MS = 300_000
@@ -66,15 +66,63 @@ def choose(page: Page, field: str, option: str) -> None:
 @contextmanager
 def browsing(*, webgl: bool = False, **options: object) -> Iterator[BrowserContext]:
     """Open a browser without a window; WebGL drawn by the processor would slow everything down, so only where asked."""
-    drawing = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"] if webgl else ["--disable-3d-apis"]
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium(), args=["--no-sandbox", *drawing])
+    expect.set_options(timeout=PATIENCE_MS)
+    with _playwright_at_work():
+        browser = _browser(webgl=webgl)
         context = browser.new_context(**{"viewport": {"width": 1280, "height": 900}, **options})  # type: ignore[arg-type]
-        context.set_default_timeout(PATIENCE_MS)
-        expect.set_options(timeout=PATIENCE_MS)
-        context.set_default_navigation_timeout(PATIENCE_MS)
-        yield context
-        browser.close()
+        try:
+            context.set_default_timeout(PATIENCE_MS)
+            context.set_default_navigation_timeout(PATIENCE_MS)
+            yield context
+        finally:
+            context.close()
+
+
+@dataclass
+class _Playwright:
+    """Playwright of this process with the browsers that it has opened: to start one takes seconds of processor time."""
+
+    api: Playwright
+    loop: asyncio.AbstractEventLoop
+    browsers: dict[bool, Browser] = field(default_factory=dict)
+
+
+_shared: list[_Playwright] = []
+"""One, once it was wanted."""
+
+
+@contextmanager
+def _playwright_at_work() -> Iterator[None]:
+    """Let Playwright's loop, which waits from test to test, count as running only here: others run loops of theirs."""
+    if _shared:
+        asyncio._set_running_loop(_shared[0].loop)
+    else:
+        api = sync_playwright().start()
+        _shared.append(_Playwright(api, asyncio.get_running_loop()))
+    try:
+        yield
+    finally:
+        asyncio._set_running_loop(None)
+
+
+def _browser(*, webgl: bool) -> Browser:
+    """Return the browser for pages with WebGL or for those without."""
+    open_ones = _shared[0].browsers
+    if webgl not in open_ones or not open_ones[webgl].is_connected():
+        drawing = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"] if webgl else ["--disable-3d-apis"]
+        arguments = ["--no-sandbox", *drawing]
+        open_ones[webgl] = _shared[0].api.chromium.launch(executable_path=chromium(), args=arguments)
+    return open_ones[webgl]
+
+
+def close_browsers() -> None:
+    """Close what `browsing` opened, at the end of all tests."""
+    if not _shared:
+        return
+    with _playwright_at_work():
+        for browser in _shared[0].browsers.values():
+            browser.close()
+        _shared.pop().api.stop()
 
 
 @dataclass
@@ -83,33 +131,33 @@ class Server:
 
     runs: Path
     port: int
-    process: subprocess.Popen[bytes]
+    process: ForkServerProcess
     token: str = ""
 
     @classmethod
-    def start(cls, runs: Path, token: str = "") -> "Server":
-        """Start it, with a token where one is given, and wait until it answers."""
+    @contextmanager
+    def over(cls, runs: Path, token: str = "") -> Iterator["Server"]:
+        """Start it, with a token where one is given, wait until it answers, and end it in the end."""
         port = free_port()
-        return cls(runs, port, _started(runs, port, token), token)
+        server = cls(runs, port, _started(runs, port, token), token)
+        try:
+            yield server
+        finally:
+            interrupt(server.process)
 
     def restart(self) -> None:
         """End it and start it again at the same address."""
-        self.stop()
+        interrupt(self.process)
         self.process = _started(self.runs, self.port, self.token)
-
-    def stop(self) -> None:
-        """End it as Control-C does."""
-        self.process.send_signal(signal.SIGINT)
-        self.process.wait()
 
     def address(self, path: str = "/") -> str:
         """Return the address of a page."""
         return f"http://127.0.0.1:{self.port}{path}"
 
 
-def _started(runs: Path, port: int, token: str) -> "subprocess.Popen[bytes]":
+def _started(runs: Path, port: int, token: str) -> ForkServerProcess:
     words = ["web", "--runs", str(runs), "--port", str(port), "--no-browser"]
-    process = subprocess.Popen([sys.executable, "-m", "aidsr", *words], env={**os.environ, "AIDSR_WEB_TOKEN": token})
+    process = started(words, {**os.environ, "AIDSR_WEB_TOKEN": token})
     end = time.monotonic() + PATIENCE_MS / 1000
     while True:
         try:
@@ -121,7 +169,7 @@ def _started(runs: Path, port: int, token: str) -> "subprocess.Popen[bytes]":
                 return process
             raise
         except OSError:
-            assert process.poll() is None, "the server ended"
+            assert process.is_alive(), "the server ended"
             assert time.monotonic() < end, "the server never answered"
             time.sleep(0.1)
 

@@ -4,11 +4,18 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from browser import Server, chromium
+from browser import Server, chromium, close_browsers
 from made import made_run
 from robots import arm
 
 from aidsr.runs import Run
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _browsers() -> Iterator[None]:
+    """The browsers stay open from test to test."""
+    yield
+    close_browsers()
 
 
 @pytest.fixture
@@ -21,9 +28,8 @@ def runs(tmp_path: Path) -> Path:
 @pytest.fixture
 def server(runs: Path) -> Iterator[Server]:
     """`aidsr web` over that folder."""
-    server = Server.start(runs)
-    yield server
-    server.stop()
+    with Server.over(runs) as server:
+        yield server
 
 
 @pytest.fixture

@@ -35,9 +35,8 @@ def damaged(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def server(damaged: Path) -> Iterator[Server]:
-    server = Server.start(damaged)
-    yield server
-    server.stop()
+    with Server.over(damaged) as server:
+        yield server
 
 
 def test_every_page_of_a_damaged_run_answers(damaged: Path, server: Server) -> None:

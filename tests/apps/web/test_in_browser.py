@@ -118,8 +118,7 @@ def test_another_site_reaches_nothing(runs: Path, server: Server) -> None:
 
 
 def test_the_token_opens_the_web_app_and_another_does_not(runs: Path) -> None:
-    server = Server.start(runs, token="correct-horse-battery")
-    with browsing() as visitor:
+    with Server.over(runs, token="correct-horse-battery") as server, browsing() as visitor:
         page = visitor.new_page()
         for token in ("wrong", server.token):
             page.goto(server.address())
@@ -127,7 +126,6 @@ def test_the_token_opens_the_web_app_and_another_does_not(runs: Path) -> None:
             page.get_by_role("button", name="Open").click()
             said = page.get_by_role("alert") if token == "wrong" else page.get_by_text("New run").first
             expect(said).to_be_visible()
-    server.stop()
 
 
 def test_without_webgl_a_design_is_a_still_picture_and_a_sentence(runs: Path, server: Server) -> None:

@@ -391,6 +391,11 @@ def test_only_numbers_are_read_from_a_policy_file(finished, tmp_path):
     assert np.array_equal(policy_of(tmp_path).act(seen), policy_of(finished).act(seen))
 
 
+def test_a_policy_that_learns_no_more_has_no_optimizer(finished):
+    """For which torch would load its compiler, each time a policy is judged, replayed or exported."""
+    assert not isinstance(policy_of(finished).network.optimizer, torch.optim.Optimizer)
+
+
 def test_the_policy_of_another_robot_is_refused(finished, tmp_path):
     with pytest.raises(UserError, match="other actuators"):
         TrainedPolicy.load(finished, SMALL, 3)

@@ -1,6 +1,7 @@
 """The built-in team for a goal: what it reads of goal and geometry, where it puts bodies, and what it says of them."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -109,6 +110,13 @@ def test_a_concept_keeps_its_view():
             assert fitting_team(goal, 0).coder.write(brief, concept).mjcf
 
 
+def test_a_body_is_written_and_placed_by_the_families_of_its_designer():
+    brief, goal = job_of("bell")
+    designer = FittingDesigner(goal, 0, families={"mine": replace(load_families()["tentacle"], name="mine")})
+    concept = next(designer._free(brief, judge.task_of(goal, brief)))
+    assert concept.family == "mine"
+
+
 def test_what_overlaps_its_surroundings_is_seen():
     brief, goal = job_of("valve")
     designer, rng = FittingDesigner(goal, 0), np.random.default_rng(0)
@@ -199,6 +207,7 @@ def test_a_body_that_overlaps_its_surroundings_is_no_reference(tmp_path, monkeyp
     from aidsr.teams.fitting import team as module
 
     monkeypatch.setattr(module, "overlaps", lambda _scene: True)
+    monkeypatch.setattr(module, "_SIDE_BY_SIDE", 2)  # so many are tried before it is given up
     example = examples()["bell"]
     for name, text in (("bell.xml", example.environment), ("bell.toml", example.goal)):
         (tmp_path / name).write_text(text)
@@ -265,7 +274,8 @@ def test_a_robot_that_is_brought_is_turned_beside_the_work_and_scaled_to_the_way
 
 
 @pytest.mark.slow
-def test_the_tool_tells_what_the_command_tells_with_both_pictures(tmp_path):
+def test_the_tool_tells_what_the_command_tells_with_both_pictures(tmp_path, monkeypatch):
+    monkeypatch.setattr(check, "ROUNDS", (trial.Round(2, 4, 20_000),))  # any body will do
     bell, work = examples()["bell"], Workspace(tmp_path)
     given = {"objective": bell.objective, "environment": bell.environment, "goal": bell.goal}
     OWNER_TOOLS["make_task"].call(work, given)

@@ -189,7 +189,8 @@ class TrainedPolicy:
         seen = spaces.Box(-np.inf, np.inf, normalisation.mean.shape, np.float32)
         done = spaces.Box(-1.0, 1.0, (n_actions,), np.float32)
         kind = ActorCriticPolicy if recipe.algorithm == "ppo" else SACPolicy
-        policy = cls.of(kind(seen, done, lambda _: recipe.learning_rate, **network_options(recipe)), normalisation)
+        options = network_options(recipe) | {"optimizer_class": _NoOptimizer}
+        policy = cls.of(kind(seen, done, lambda _: recipe.learning_rate, **options), normalisation)
         try:
             policy.network.load_state_dict(_that_act(weights))
         except (RuntimeError, TypeError, AttributeError):
@@ -197,6 +198,13 @@ class TrainedPolicy:
                 f"the policy in {folder} was trained for a robot with other actuators, or with another recipe"
             ) from None
         return policy
+
+
+class _NoOptimizer:
+    """Stands for the optimizer of a policy that learns no more: torch loads its compiler for one, which takes 2 s."""
+
+    def __init__(self, *_: object, **__: object) -> None:
+        pass
 
 
 def _that_act(weights: dict[str, Any]) -> dict[str, Any]:

@@ -248,7 +248,7 @@ class FittingDesigner:
         """Return versions of the robot that its user brought, placed and scaled where it comes farthest."""
         task = task_of(self.goal, brief)
         versions = RuleDesigner(self.seed).propose(brief, count)
-        robot = FittingCoder(self.goal).write(brief, versions[0])
+        robot = FittingCoder(self.goal, self.families).write(brief, versions[0])
         try:
             extent = measure(robot)
         except (MjcfError, IsolationError):
@@ -270,8 +270,8 @@ class FittingDesigner:
 
     def _scene(self, brief: Brief, task: GoalTask, concept: Concept) -> tuple[str, Robot] | None:
         """Return the scene of a concept and its robot; None where it overlaps something or cannot be assembled."""
-        robot = FittingCoder(self.goal).write(brief, concept)
-        placement = FittingIntegrator(self.goal).place(brief, concept, robot)
+        robot = FittingCoder(self.goal, self.families).write(brief, concept)
+        placement = FittingIntegrator(self.goal, self.families).place(brief, concept, robot)
         try:
             scene = assemble(robot, brief.environment, placement, task.sensors).mjcf
             return None if overlaps(scene) else (scene, robot)
@@ -347,14 +347,16 @@ class FittingCoder:
     """The rules' Coder, which knows nothing of views."""
 
     goal: AnyGoal
+    families: Families = field(default_factory=load_families)
+    """It can write robots of these."""
 
     def write(self, brief: Brief, concept: Concept) -> Robot:
         """Return the robot of a concept."""
-        return RuleCoder().write(brief, without_view(concept))
+        return RuleCoder(self.families).write(brief, without_view(concept))
 
     def repair(self, brief: Brief, concept: Concept, robot: Robot, feedback: Feedback) -> Robot:
         """Return the robot with the reported faults edited out."""
-        return RuleCoder().repair(brief, without_view(concept), robot, feedback)
+        return RuleCoder(self.families).repair(brief, without_view(concept), robot, feedback)
 
 
 @dataclass(frozen=True)
@@ -362,12 +364,14 @@ class FittingIntegrator:
     """The rules' Integrator, to whom the mount is turned towards the place of work."""
 
     goal: AnyGoal
+    families: Families = field(default_factory=load_families)
+    """Their records say how their robots are turned on a mount."""
 
     def place(self, brief: Brief, concept: Concept, robot: Robot) -> Placement:
         """Return a placement."""
         goal, view = task_of(self.goal, brief).goal, View.of(concept)
         read = as_the_rules_read(brief, goal, view)
-        return as_placed(brief, goal, view, RuleIntegrator().place(read, without_view(concept), robot))
+        return as_placed(brief, goal, view, RuleIntegrator(self.families).place(read, without_view(concept), robot))
 
     def adjust(
         self, brief: Brief, concept: Concept, robot: Robot, placement: Placement, feedback: Feedback
@@ -375,4 +379,6 @@ class FittingIntegrator:
         """Return the placement with overlaps and falls removed."""
         goal, view = task_of(self.goal, brief).goal, View.of(concept)
         read, seen = as_the_rules_read(brief, goal, view), as_viewed(brief, goal, view, placement)
-        return as_placed(brief, goal, view, RuleIntegrator().adjust(read, without_view(concept), robot, seen, feedback))
+        return as_placed(
+            brief, goal, view, RuleIntegrator(self.families).adjust(read, without_view(concept), robot, seen, feedback)
+        )
