@@ -24,7 +24,7 @@ from aidsr.teams.measuring.exploration import Exploration
 from aidsr.teams.measuring.records import Exchange, ToolRecord
 from aidsr.teams.measuring.toolbox import Toolbox
 
-IN_FULL = 2
+IN_FULL = 1
 """Exchanges that are told in full, the last ones. Our choice: what was asked for, and what it was a reply to."""
 _MOST_DOCUMENTS = 2
 """MJCF documents that are told. Our choice: the best body, and the one that is being changed."""
