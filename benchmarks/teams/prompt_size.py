@@ -10,9 +10,11 @@ project's own estimate, bytes / 3; replies count as recorded.
 from __future__ import annotations
 
 import re
+import sys
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from statistics import fmean
 
@@ -81,7 +83,7 @@ def questions(records: Sequence[CallRecord], folder: Path) -> list[tuple[Message
     session = Session(_NoModel(), Toolbox(Workspace(folder / "work"), folder, _BUDGET))
     start, exchanges = records[0].question.messages[1].text, list[Exchange]()
     told = [session.told(start, exchanges, native=False)]
-    for record, following in zip(records, records[1:], strict=False):
+    for record, following in pairwise(records):
         answer = following.question.messages[-1]
         calls = calls_in_text(record.reply) if answer.text.startswith("## 1. ") else ()
         if calls:
@@ -156,4 +158,4 @@ def table(costs: Sequence[Cost]) -> str:
 
 
 if __name__ == "__main__":
-    print(table([cost(folder) for folder in sorted(TRANSCRIPTS.iterdir())]), end="")
+    sys.stdout.write(table([cost(folder) for folder in sorted(TRANSCRIPTS.iterdir())]))

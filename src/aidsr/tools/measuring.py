@@ -43,7 +43,7 @@ Several = Annotated[
     tuple[Annotated[int, Field(ge=0)], ...],
     Field(
         max_length=_MOST_VARIATIONS,
-        description=f"Play: several development variations, at most {_MOST_VARIATIONS}, a row for each.",
+        description=f"Several development variations of a script, at most {_MOST_VARIATIONS}, a row for each.",
     ),
 ]
 Seed = Annotated[int, Field(ge=0)]
@@ -62,9 +62,9 @@ _LARGEST_FORCE_N = 1e4
 class How(Artifact):
     """Details of a measurement; each has a default."""
 
-    part: Annotated[str, Field(description="Load: body or site; the functional part unless given.")] = ""
-    force_n: Annotated[float, Field(gt=0, le=_LARGEST_FORCE_N, description="Load, in N.")] = 0.5
-    direction: Annotated[Vec3, Field(description="Load: in world axes.")] = (
+    part: Annotated[str, Field(description="Body or site that is loaded; the functional part unless given.")] = ""
+    force_n: Annotated[float, Field(gt=0, le=_LARGEST_FORCE_N, description="Size of the load, in N.")] = 0.5
+    direction: Annotated[Vec3, Field(description="Of the load, in world axes.")] = (
         0.0,
         0.0,
         -1.0,
@@ -78,10 +78,12 @@ class How(Artifact):
             description="Of each gait, script or motion, in s; 4 for gaits, else by the job's time.",
         ),
     ] = 0.0
-    script: Annotated[str, Field(description="Play: the script.")] = ""
-    variation: Annotated[int, Field(ge=0, description="Gaits, play: which development variation.")] = 0
+    script: Annotated[str, Field(description="The script that is played.")] = ""
+    variation: Annotated[int, Field(ge=0, description="The development variation of gaits or a script.")] = 0
     variations: Several = ()
-    seeds: Annotated[tuple[Seed, ...], Field(min_length=1, description="Of as many searches; gaits: the first.")] = (0,)
+    seeds: Annotated[
+        tuple[Seed, ...], Field(min_length=1, description="Of as many searches; gaits take the first.")
+    ] = (0,)
 
 
 _DEFAULT = How()
@@ -165,8 +167,8 @@ def sweep(
     select: Annotated[
         str,
         Field(
-            description="XPath of the elements, such as //body/joint or //joint[@name='bend_1']; names as in the robot's "
-            'MJCF, with "robot/" before them or without.'
+            description="XPath of the elements, such as //body/joint or //joint[@name='bend_1']; names "
+            'as in the robot\'s MJCF, with "robot/" before them or without.'
         ),
     ] = "",
     attribute: Annotated[

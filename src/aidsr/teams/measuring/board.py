@@ -14,6 +14,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 from aidsr.core.calls import Message, ToolCall, ToolOutput
 from aidsr.core.formatting import excerpt
@@ -30,6 +31,8 @@ _MOST_DOCUMENTS = 2
 """MJCF documents that are told. Our choice: the best body, and the one that is being changed."""
 _LINE, _NOTE, _SCRIPT = 150, 300, 400
 """Characters of a result, of a note and of a script on the board. Our choice."""
+_MOST_LINES = 8
+"""Of older results of one body. Our choice."""
 _INDENT = re.compile(r"\n\s+")
 _MEASURES = ("measure", "play", "probe", "sweep", "train")
 
@@ -72,16 +75,19 @@ class Board:
         )
 
     def worked_on(self) -> tuple[str, ...]:
-        """Return the robots whose MJCF is told: what has to be cured, the best one, the one that was touched last."""
+        """Return the robots of the last reply whose MJCF is told: what has to be cured, what came last, the best one.
+
+        While nothing says which of several is the best, only what has to be cured.
+        """
         if not self.exchanges:
             return ()
         last = [one for one in self.exchanges[-1].results if one.outcome == "done"]
         faulty = [one.made for one in last if one.made in self._robots and ": stable" not in one.headline]
-        best, kept = self._best(self._done), self._kept
-        leading = self._robot_of((kept or best).subject) if kept or best else ""
+        ahead = self._kept or self._best(self._done)
+        leading = self._robot_of(ahead.subject) if ahead else ""
         touched = [name for one in reversed(last) if (name := self._robot_of(one.made or one.subject))]
         changed = touched[:1] if leading or len(set(touched)) == 1 else []
-        found = [name for name in dict.fromkeys((*faulty, *changed, leading)) if name]
+        found = list(dict.fromkeys((*faulty, *changed, *([leading] if leading in touched else []))))
         told = [name for name in found if not any(name in self._ancestors(other) for other in found)]
         return tuple(told[:_MOST_DOCUMENTS])
 
@@ -151,11 +157,12 @@ class Board:
         return [excerpt(said, _NOTE) for said in older if said]
 
     def _body(self, robot: str) -> str:
-        """Return a body in a line, with what was measured of it: all of one that is worked on, else the best."""
+        """Return a body with its best measurement; of what is worked on, and what it came from, the last ones too."""
         made = next(one for one in self._done if one.made == robot)
         scenes = [one for one in self._done if one.name == "assemble" and one.values.get("robot") == robot]
         family = self._exploration.families().get(robot, "")
-        size = next((line for line in made.text.splitlines() if line.startswith("length ")), "")
+        at_work = robot in self.worked_on()
+        size = next((line for line in made.text.splitlines() if at_work and line.startswith("length ")), "")
         lines = [f"- {robot}" + f" ({family})" * bool(family) + f": {_rest(made.headline)}" + f"; {size}" * bool(size)]
         if scenes:
             placed = (f"{one.made} {_rest(one.headline).partition(';')[0]}" for one in scenes)
@@ -163,13 +170,12 @@ class Board:
         about = [one for one in self._done if one.name in _MEASURES and self._robot_of(one.subject) == robot]
         older = [one for one in about if id(one) not in self._in_full]
         best = self._best(about)
-        if robot not in self.worked_on():
-            told = [best] if best in older else []
-            more = len(older) - len(told)
-            lines += [f"  - {self._line(one, best)}" for one in told] + [f"  - {more} more results"] * bool(more)
-        else:
-            lines += [f"  - {self._line(one, best)}" for one in older]
-        return "\n".join(lines)
+        line_of_work = at_work or any(robot in self._ancestors(name) for name in self.worked_on())
+        last = older[-_MOST_LINES:] if line_of_work else []
+        told = [one for one in older if one is best or any(one is each for each in last)]
+        lines += [f"  - {self._line(one, best)}" for one in told]
+        more = len(older) - len(told)
+        return "\n".join([*lines, *([f"  - and {more} other results"] if more else [])])
 
     def _line(self, one: ToolRecord, best: ToolRecord | None) -> str:
         """Return a call and its result in a line; of the best one its script as well."""
@@ -213,7 +219,7 @@ def _rest(headline: str) -> str:
 def _brief(one: ToolRecord) -> str:
     """Return the arguments of a measurement in brief."""
     values = one.values
-    how = values.get("how") if isinstance(values.get("how"), dict) else {}
+    how: dict[str, Any] = values.get("how") or {}
     varied = f"{values.get('attribute', '')} of {values.get('select', '')}" if values.get("attribute") else ""
     seeds, variations = values.get("seeds"), values.get("variations") or how.get("variations")
     parts: Iterable[str] = (
