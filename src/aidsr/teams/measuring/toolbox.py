@@ -194,4 +194,15 @@ class Toolbox:
 
 def _of_a_team(schema: dict[str, Any]) -> dict[str, Any]:
     """Return the schema of a tool's arguments without those that only an owner of the job needs."""
-    return {**schema, "properties": {key: one for key, one in schema["properties"].items() if key not in _OF_AN_OWNER}}
+    kept = {key: one for key, one in schema["properties"].items() if key not in _OF_AN_OWNER}
+    used: dict[str, Any] = _short({**schema, "properties": kept})
+    return used
+
+
+def _short(value: Any) -> Any:
+    """Return a part of a schema without what tells a model nothing: each question repeats the tools."""
+    if isinstance(value, dict):
+        # a title is the name again, a length is far beyond what anybody writes, an object's fields have their defaults
+        idle = {"title": str, "maxLength": int, "default": dict}
+        return {key: _short(one) for key, one in value.items() if not isinstance(one, idle.get(key, ()))}
+    return [_short(one) for one in value] if isinstance(value, list) else value
