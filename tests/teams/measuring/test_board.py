@@ -123,14 +123,16 @@ def test_only_what_is_worked_on_is_told_as_mjcf(tmp_path: Path) -> None:
 
 def test_what_has_to_be_cured_is_told_as_mjcf_and_what_could_not_be_read_stays_in_the_reply(tmp_path: Path) -> None:
     box, exchanges = begun(tmp_path)
-    broken = "<mujoco><worldbody>"
-    calls = (asked("validate", mjcf=broken, family="arm"), asked("validate", mjcf=limb(), family="claw"))
+    texts = ("no document", "<mujoco><worldbody>", limb())
+    calls = (asked("validate", mjcf=mjcf, family="arm") for mjcf in texts)
     exchanges.append(carried_out(box, exchanges, *calls))
-    unread, faulty = exchanges[-1].results
-    assert unread.outcome == "failed"
-    assert broken in told(box, exchanges)[2].text
-    assert faulty.headline.startswith("robot_5: not stable")
-    assert Board(exchanges, box, native=False).worked_on() == ("robot_5",)
+    nothing, unread, faulty = exchanges[-1].results
+    assert (nothing.outcome, unread.made, faulty.made) == ("failed", "robot_5", "robot_6")
+    assert faulty.headline.startswith("robot_6: not stable")
+    assert Board(exchanges, box, native=False).worked_on() == ("robot_5", "robot_6")
+    _, _, said, brought = told(box, exchanges)
+    assert "no document" in said.text
+    assert "<mujoco><worldbody>\n```" in brought.text
 
 
 def test_calls_and_results_stay_paired_and_the_board_is_the_same_for_tools_and_for_text(tmp_path: Path) -> None:
