@@ -182,6 +182,20 @@ def test_several_variations_are_a_row_each_in_play_and_sweep(tmp_path: Path) -> 
     ]
 
 
+def test_play_tells_what_a_stage_asks_for_against_its_limit(tmp_path: Path) -> None:
+    work = Workspace(tmp_path)
+    call(work, "validate", mjcf=small_arm(), functional_part="tip", task="simple_grasping")
+    call(work, "assemble", robot="robot_1", placement={"mount": "mount", "base": "fixed"}, task="simple_grasping")
+    asked = (
+        r"when progress was best: functional part to object [\d.]+ mm \(at most 50\), contacts face each other "
+        r"\(1: from opposite sides\) 0 \(at least 1\), raised by -?[\d.]+(e-\d+)? mm \(at least 100\)"
+    )
+    played = {"scene": "scene_1", "script": "*: 0", "seconds": 0.2}
+    assert re.search(rf"^{asked}$", call(work, "play", **played), re.MULTILINE)
+    rows = call(work, "play", **played, variations=[0, 1]).splitlines()
+    assert sum(bool(re.search(asked, row)) for row in rows) == 2
+
+
 def test_a_scene_that_is_not_stable_says_so_wherever_it_is_looked_at(tmp_path: Path) -> None:
     work = with_cart(tmp_path)
     assert work.record("scene_1").stable is False

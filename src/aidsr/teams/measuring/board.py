@@ -1,7 +1,7 @@
 """What a model is told of its work so far: the last replies in full, the rest in lines that code keeps.
 
-A conversation that is repeated whole costs the square of its length. So each question has the job, the last two replies
-with their results, and a board: every body with its best figures, and the MJCF of those that are worked on. Nothing
+A conversation that is repeated whole costs the square of its length. So each question has the job, the last reply
+with its results, and a board: every body with its best figures, and the MJCF of those that are worked on. Nothing
 is lost by that: `read` shows the MJCF of every body, and a call that is made again brings its result again, uncounted.
 
 All of it follows from the exchanges so far, so a session that goes on after an interruption asks the same questions.
@@ -26,7 +26,8 @@ from aidsr.teams.measuring.records import Exchange, ToolRecord
 from aidsr.teams.measuring.toolbox import Toolbox
 
 IN_FULL = 1
-"""Exchanges that are told in full, the last ones. Our choice: what was asked for, and what it was a reply to."""
+"""Exchanges that are told in full, the last ones. Our choice: a second one costs a tenth more; its results stand on the
+board in a line each."""
 _MOST_DOCUMENTS = 2
 """MJCF documents that are told. Our choice: the best body, and the one that is being changed."""
 _LINE, _NOTE, _SCRIPT = 150, 300, 400
