@@ -346,5 +346,5 @@ def test_estimates_say_what_they_rest_on(tmp_path: Path) -> None:
     assert "the mean of 2 designs" in found.basis
     assert estimate(RunConfig(), tmp_path).usage.calls == 0
     measuring = estimate(config.updated({"team": "measuring"}), tmp_path)
-    assert "10 calls a design" in measuring.basis, "designs of another team say nothing of its cost"
-    assert measuring.usage.input_tokens == 237_000 * config.concepts
+    assert "8 calls a design" in measuring.basis, "designs of another team say nothing of its cost"
+    assert measuring.usage.input_tokens == 73_000 * config.concepts

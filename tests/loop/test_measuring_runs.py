@@ -39,17 +39,16 @@ ROUNDS: list[list[tuple[str, dict[str, Any]]]] = [
 
 
 class Measuring:
-    """Calls the tools of `ROUNDS`, in order; fails once it has answered so often."""
+    """Calls the tools of some rounds, in order; fails once it has answered so often."""
 
-    def __init__(self, answers: int = 99) -> None:
-        self.answers = answers
+    def __init__(self, answers: int = 99, rounds: list[list[tuple[str, dict[str, Any]]]] = ROUNDS) -> None:
+        self.answers, self.rounds = answers, iter(rounds)
 
     def __call__(self, received: Received) -> Act:
         if self.answers <= 0:
             return Fail(401, "the key is not known")
         self.answers -= 1
-        number = sum(turn["role"] == "assistant" for turn in received.body["messages"])
-        return Say("", calls=tuple(ROUNDS[number]), input_tokens=15_000, output_tokens=200)
+        return Say("", calls=tuple(next(self.rounds)), input_tokens=15_000, output_tokens=200)
 
 
 def designed(server: Loopback, folder: Path, **settings: Any) -> Run:
@@ -81,8 +80,23 @@ def test_a_model_with_tools_designs_and_measures(tmp_path: Path) -> None:
         f"{name}.json" for calls in ROUNDS for name, _ in calls
     ]
     told = [turn for turn in server.requests[-1].body["messages"] if turn["role"] == "tool"]
-    assert [turn["tool_call_id"] for turn in told[-3:]] == ["call_1", "call_2", "call_3"]
-    assert "0.4 s of development variation 2. Ended: all that was to be played was played" in told[-1]["content"]
+    assert [turn["tool_call_id"] for turn in told] == ["call_1", "call_2", "call_3"], "of the last reply alone"
+    assert "Ended: all that was to be played was played" in told[-1]["content"].splitlines()[0]
+    roles = [turn["role"] for turn in server.requests[-1].body["messages"]]
+    assert roles == ["system", "user", "assistant", "tool", "tool", "tool", "user"]
+    board = server.requests[-1].body["messages"][-1]["content"]
+    assert "11 of 80 calls" in board
+    assert "Kept: scene_1, the only one" in board
+
+
+def test_all_families_are_written_placed_and_measured_in_one_reply(tmp_path: Path) -> None:
+    first = [call for calls in ROUNDS[:3] for call in calls]
+    with Loopback(Measuring(rounds=[first, *ROUNDS[3:]])) as server:
+        run = designed(server, tmp_path)
+    assert len(server.requests) == 4
+    outcome = run.design(1).outcome.read()
+    assert outcome is not None
+    assert outcome.outcome == "approved", outcome.reason
 
 
 def test_a_run_goes_on_without_asking_or_measuring_again(tmp_path: Path) -> None:
@@ -92,7 +106,7 @@ def test_a_run_goes_on_without_asking_or_measuring_again(tmp_path: Path) -> None
     before = results(run)
     assert len(before) == 13
     record = run.record.path
-    with Loopback(Measuring()) as server:
+    with Loopback(Measuring(rounds=ROUNDS[5:])) as server:
         text = record.read_text()
         old = json.loads(text)["config"]["model"]
         record.write_text(text.replace(old, f"m@{server.url}/v1"))
@@ -161,9 +175,10 @@ def test_by_hand_tools_are_called_in_text(tmp_path: Path) -> None:
 
 
 def test_a_server_without_tools_is_told_of_them_in_words(tmp_path: Path) -> None:
+    rounds = iter(ROUNDS)
+
     def words(received: Received) -> Act:
-        number = sum(turn["role"] == "assistant" for turn in received.body["messages"])
-        return Say(in_text(ROUNDS[number]))
+        return Say(in_text(next(rounds)))
 
     with Loopback(words) as server:
         run = designed(server, tmp_path, text_tools=True)
@@ -181,11 +196,7 @@ def test_one_that_calls_nothing_or_gives_up_ends_invalid(tmp_path: Path) -> None
     assert "called no tool in 3 replies" in talking.reason
     assert len(server.requests) == 3
     give_up = [ROUNDS[0], [("finish", {"scene": "", "summary": "No cable reaches it."})]]
-
-    def giving_up(received: Received) -> Act:
-        return Say("", calls=tuple(give_up[sum(turn["role"] == "assistant" for turn in received.body["messages"])]))
-
-    with Loopback(giving_up) as server:
+    with Loopback(Measuring(rounds=give_up)) as server:
         given_up = designed(server, tmp_path / "given_up").design(1).outcome.read()
     assert given_up is not None
     assert (given_up.outcome, "gave up: No cable reaches it." in given_up.reason) == ("invalid", True)

@@ -116,7 +116,8 @@ def test_a_number_of_a_robot_is_swept(tmp_path: Path) -> None:
         values=["0.1", "0.2", "x"],
         what="bends",
     )
-    head, soft, stiff, broken = table.splitlines()
+    found, head, soft, stiff, broken = table.splitlines()
+    assert re.fullmatch(r"stiffness of //body/joint, largest bend: 0.1: 28\.\d deg; 0.2: 14\.\d deg", found)
     assert head.startswith("stiffness of //body/joint | largest bend deg | ")
     assert float(soft.split(" | ")[1]) == pytest.approx(28.6, abs=0.2)
     assert float(stiff.split(" | ")[1]) == pytest.approx(14.3, abs=0.2)
@@ -128,17 +129,34 @@ def test_a_number_is_swept_in_a_scene_under_a_script(tmp_path: Path) -> None:
     work = with_cart(tmp_path)
     swept = {"subject": "scene_1", "select": "//velocity", "attribute": "ctrlrange", "values": ["-0.5 0.5", "-0.1 0.1"]}
     table = call(work, "sweep", **swept, what="play", how={"script": "drive: 1", "seconds": 1.0})
-    column = table.splitlines()[0].split(" | ").index("mean velocity x mm/s")
-    fast, slow = (float(row.split(" | ")[column]) for row in table.splitlines()[1:])
+    column = table.splitlines()[1].split(" | ").index("mean velocity x mm/s")
+    fast, slow = (float(row.split(" | ")[column]) for row in table.splitlines()[2:])
     assert fast == pytest.approx(5 * slow, rel=0.01)
     assert fast == pytest.approx(500 * 1.0 / 1.1, rel=0.01), "of the centre of mass: 1 kg moves and 0.1 kg stays"
+
+
+def test_names_are_swept_with_the_prefix_that_results_give_them_or_without(tmp_path: Path) -> None:
+    work = with_cart(tmp_path)
+    swept = {"subject": "scene_1", "attribute": "ctrlrange", "values": ["-0.1 0.1"], "what": "play"}
+    bare, prefixed = (
+        call(work, "sweep", **swept, select=f"//velocity[@name='{name}']", how={"script": "drive: 1", "seconds": 0.4})
+        for name in ("drive", "robot/drive")
+    )
+    assert "failed" not in prefixed
+    assert prefixed.splitlines()[2] == bare.splitlines()[2]
+
+
+def test_the_most_variations_are_told_before_one_asks_for_more(tmp_path: Path) -> None:
+    assert "at most 8" in TOOLS["play"].schema["properties"]["variations"]["description"]
+    with pytest.raises(UserError, match="variations has 9 entries, at most 8 fit"):
+        call(with_cart(tmp_path), "play", scene="scene_1", script="drive: 1", variations=list(range(9)))
 
 
 def test_a_number_in_a_script_is_swept(tmp_path: Path) -> None:
     work = with_cart(tmp_path)
     how = {"script": "drive: {x}", "seconds": 1.0, "pairs": [["cart", "floor"]]}
     table = call(work, "sweep", subject="scene_1", values=["1", "-0.5"], what="play", how=how)
-    head, *rows = (line.split(" | ") for line in table.splitlines())
+    head, *rows = (line.split(" | ") for line in table.splitlines()[1:])
     assert head[0] == "{x} of the script"
     assert head[-3:] == ["least cart to floor mm", "at the end mm", "came to"]
     assert rows[0][-1].startswith("begun, not yet "), "the phase of the goal"
@@ -149,13 +167,14 @@ def test_a_number_in_a_script_is_swept(tmp_path: Path) -> None:
 def test_several_variations_are_a_row_each_in_play_and_sweep(tmp_path: Path) -> None:
     work = with_cart(tmp_path)
     told = call(work, "play", scene="scene_1", script="drive: 1", seconds=0.4, variations=[0, 3])
-    _, head, *rows, won = told.splitlines()
+    won, warning, head, *rows = told.splitlines()
     assert won == "won 0 of 2"
+    assert warning.startswith("scene_1 is not stable")
     assert head.startswith("variation | best progress | ")
     assert [row.split(" | ")[0] for row in rows] == ["0", "3"]
     how = {"script": "drive: {x}", "seconds": 0.4, "variations": [0, 3]}
     swept = call(work, "sweep", subject="scene_1", values=["1", "0.5"], what="play", how=how).splitlines()
-    assert [row.split(" | ")[0] for row in swept[1:]] == [
+    assert [row.split(" | ")[0] for row in swept[2:]] == [
         "1, variation 0",
         "1, variation 3",
         "0.5, variation 0",
@@ -163,11 +182,25 @@ def test_several_variations_are_a_row_each_in_play_and_sweep(tmp_path: Path) -> 
     ]
 
 
+def test_play_tells_what_a_stage_asks_for_against_its_limit(tmp_path: Path) -> None:
+    work = Workspace(tmp_path)
+    call(work, "validate", mjcf=small_arm(), functional_part="tip", task="simple_grasping")
+    call(work, "assemble", robot="robot_1", placement={"mount": "mount", "base": "fixed"}, task="simple_grasping")
+    asked = (
+        r"when progress was best: functional part to object [\d.]+ mm \(at most 50\), contacts face each other "
+        r"\(1: from opposite sides\) 0 \(at least 1\), raised by -?[\d.]+(e-\d+)? mm \(at least 100\)"
+    )
+    played = {"scene": "scene_1", "script": "*: 0", "seconds": 0.2}
+    assert re.search(rf"^{asked}$", call(work, "play", **played), re.MULTILINE)
+    rows = call(work, "play", **played, variations=[0, 1]).splitlines()
+    assert sum(bool(re.search(asked, row)) for row in rows) == 2
+
+
 def test_a_scene_that_is_not_stable_says_so_wherever_it_is_looked_at(tmp_path: Path) -> None:
     work = with_cart(tmp_path)
     assert work.record("scene_1").stable is False
     warning = "scene_1 is not stable, as assemble said"
-    assert call(work, "play", scene="scene_1", script="drive: 0", seconds=0.2).startswith(warning)
+    assert call(work, "play", scene="scene_1", script="drive: 0", seconds=0.2).splitlines()[1].startswith(warning)
     assert call(work, "look", subject="scene_1").startswith(warning)
     record = tmp_path / "work" / "scene_1" / "scene.json"
     record.write_text(record.read_text().replace('"stable": false', '"stable": true'))
@@ -264,5 +297,9 @@ def test_a_short_training_is_told(tmp_path: Path) -> None:
         r"^trained for \d+\.\d minutes and [\d,]+ control steps, until (its policy|all steps) .*; ", told, re.M
     )
     assert "learning curve (steps: success, " in told
+    shown = told.partition("one episode that it ")[2]
+    assert re.match(r"(won|lost), played again:\n[\d.]+ s of development variation \d+, best progress ", shown)
+    assert "\ncentre of mass: from " in shown
+    assert "It cannot begin with a script." in TOOLS["train"].description
     score = OWNER_TOOLS["evaluate"].call(work, {"scene": "scene_1", "episodes": 20}).text
     assert " of 20 held-out variations" in score

@@ -200,19 +200,19 @@ class Placement(Artifact):
     mount: str
     """Name of a mount site of the environment, or "world" for the origin."""
     base: Literal["fixed", "free"]
-    """Whether the robot's root is held by the mount or moves freely; assembly adds or removes the free joint."""
+    """Whether the mount holds the robot's root; assembly adds or removes the free joint."""
     position_m: Vec3 = (0.0, 0.0, 0.0)
-    """Offset of the robot's root in the mount's frame [m]."""
+    """Of the robot's root in the mount's frame [m]."""
     rotation_deg: Vec3 = (0.0, 0.0, 0.0)
-    """Rotation about the mount's x, then the new y, then the new z axis [deg]."""
+    """About the mount's x, then the new y, then the new z axis [deg]."""
     scale: Annotated[float, Field(ge=0.5, le=2.0)] = 1.0
-    """Factor on the robot's lengths; the environment is never scaled."""
+    """Factor s on the robot's lengths, in the same material: mass and joint stiffness s^3, cable force s^2."""
     functional_part: str = ""
-    """Body or site of the robot that does the work; empty keeps the Coder's choice."""
+    """Body or site that does the work; empty keeps the robot's."""
     intended_contacts: tuple[str, ...] = ()
     """Environment bodies the robot is meant to touch."""
     reason: str = ""
-    """Why there, in a sentence."""
+    """Why there."""
 
 
 class Scene(Artifact):

@@ -15,8 +15,8 @@ from aidsr.teams.providers import is_offline
 _TYPICAL = Usage(calls=6, input_tokens=36_000, output_tokens=18_000)
 """One design: two robots, a placement or two, a verdict, a share of the concepts; 6,000 tokens in and 3,000 out a call.
 Our guess, for prompts as docs/models.md has them and short reasoning; models that reason at length take more."""
-_MEASURING = Usage(calls=10, input_tokens=237_000, output_tokens=13_500)
-"""One design of the measuring team, every prompt counted each time. Source: the one in benchmarks/manual/measuring."""
+_MEASURING = Usage(calls=8, input_tokens=73_000, output_tokens=10_000)
+"""One design of the measuring team, every prompt counted. Source: the mean of `benchmarks.teams.prompt_size`."""
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from aidsr.core.artifacts import Base, Brief, PassedLimit
 from aidsr.core.errors import UserError
 from aidsr.mjcf.read import parse_document
 from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.condition import Condition
 from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.variation import Variation
@@ -252,6 +253,11 @@ class Task(ABC):
     @abstractmethod
     def progress(self, readings: Readings, state: TaskState) -> FloatArray:
         """Return how far the task is done, 0 to 1, (n,)."""
+
+    def conditions(self, readings: Readings, state: TaskState) -> tuple[Condition, ...]:
+        """Return the numbers that its stages are made of, against their limits; none where its stages say it all."""
+        del readings, state
+        return ()
 
     @abstractmethod
     def violation(self, readings: Readings) -> FloatArray:

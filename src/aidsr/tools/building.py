@@ -116,7 +116,7 @@ def assemble(
     placement: Annotated[Placement, Field(description="Where and how the robot is placed.")],
     stand: Annotated[
         bool,
-        Field(description="Raise or lower a free robot until it stands on what is below it, and let it rest there."),
+        Field(description="Raise or lower a free robot until it stands on what is below."),
     ] = True,
     task: TaskName = "",
     level: Annotated[Level, Field(description="How hard the task is.")] = "standard",

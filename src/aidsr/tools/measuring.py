@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from statistics import fmean
 from typing import Annotated, Literal
 from xml.sax.saxutils import quoteattr
 
 from pydantic import Field
 
-from aidsr.core.artifacts import Artifact, Vec3
+from aidsr.core.artifacts import Artifact, EpisodeResult, Vec3
 from aidsr.core.ends import ends_in_words, rules_in_words
 from aidsr.core.errors import AidsrError, ReplyError, UserError
 from aidsr.core.extras import require_extra
@@ -17,12 +18,13 @@ from aidsr.core.numbered import numbered_in
 from aidsr.learn.openloop.film import film
 from aidsr.runs.trainings import Training, learning_in_words
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
+from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.tasks import Split
 from aidsr.teams.llm.patch import apply_patch
 from aidsr.tools.building import SceneName, Subject, place, unstable
 from aidsr.tools.gaits import MOST_GAITS, random_gaits
 from aidsr.tools.measured import Measured
-from aidsr.tools.playing import play_variations
+from aidsr.tools.playing import play_policy, play_variations
 from aidsr.tools.probing import probe_motions
 from aidsr.tools.recording import Recording, validity_in_words
 from aidsr.tools.scene import MeasuredScene
@@ -35,13 +37,13 @@ _MOST_VARIATIONS = 8
 What = Literal["bends", "load", "clearances", "gaits", "play", "probe"]
 Pairs = Annotated[
     tuple[tuple[str, str], ...],
-    Field(description="Pairs of sites (points), geoms or bodies (their surfaces) whose distance is measured, in mm."),
+    Field(description="Pairs of sites (points), geoms or bodies (surfaces) whose distance is measured, in mm."),
 ]
 Several = Annotated[
     tuple[Annotated[int, Field(ge=0)], ...],
     Field(
         max_length=_MOST_VARIATIONS,
-        description="Several development variations that a script is played in, a row for each.",
+        description=f"Several development variations of a script, at most {_MOST_VARIATIONS}, a row for each.",
     ),
 ]
 Seed = Annotated[int, Field(ge=0)]
@@ -60,11 +62,9 @@ _LARGEST_FORCE_N = 1e4
 class How(Artifact):
     """Details of a measurement; each has a default."""
 
-    part: Annotated[str, Field(description="Body or site that a load is put on; the functional part unless given.")] = (
-        ""
-    )
+    part: Annotated[str, Field(description="Body or site that is loaded; the functional part unless given.")] = ""
     force_n: Annotated[float, Field(gt=0, le=_LARGEST_FORCE_N, description="Size of the load, in N.")] = 0.5
-    direction: Annotated[Vec3, Field(description="Direction of the load in world axes, of any length.")] = (
+    direction: Annotated[Vec3, Field(description="Of the load, in world axes.")] = (
         0.0,
         0.0,
         -1.0,
@@ -75,16 +75,14 @@ class How(Artifact):
         float,
         Field(
             ge=0,
-            description="How long each gait, script or motion lasts, in s; 4 for gaits, else by the job's time.",
+            description="Of each gait, script or motion, in s; 4 for gaits, else by the job's time.",
         ),
     ] = 0.0
-    script: Annotated[str, Field(description="The motion script that is played.")] = ""
-    variation: Annotated[
-        int, Field(ge=0, description="The development variation that gaits or a script are played in.")
-    ] = 0
+    script: Annotated[str, Field(description="The script that is played.")] = ""
+    variation: Annotated[int, Field(ge=0, description="The development variation of gaits or a script.")] = 0
     variations: Several = ()
     seeds: Annotated[
-        tuple[Seed, ...], Field(min_length=1, description="Of as many searches; gaits are drawn by the first.")
+        tuple[Seed, ...], Field(min_length=1, description="Of as many searches; gaits take the first.")
     ] = (0,)
 
 
@@ -106,10 +104,12 @@ def play(
     played = _play_all(subject, how)
     if len(played) > 1:
         rows = [(str(one.variation), _measured(one)) for one in played]
-        lines = [*_table("variation", rows), validity_in_words(played), *played[0].commands]
+        lines = [validity_in_words(played), *_table("variation", rows), *played[0].commands]
     else:
-        lines = [played[0].text(), f"every control step: read {workspace.add_file(played[0].csv(), 'csv')}"]
-    return Result(text="\n".join([*unstable(workspace, scene), *lines]))
+        lines = [*played[0].text().splitlines()]
+        lines += [f"every control step: read {workspace.add_file(played[0].csv(), 'csv')}"]
+    figures = {"progress": fmean(one.best_progress for one in played)}
+    return Result(text="\n".join([lines[0], *unstable(workspace, scene), *lines[1:]]), figures=figures)
 
 
 def probe(
@@ -133,7 +133,8 @@ def probe(
     if workspace.draws:
         played = film(subject.mjcf, subject.measure(), measured.best, groups=subject.groups)
         strip = (played.strip(_MOMENTS),)
-    told = "\n".join([*unstable(workspace, scene), measured.text])
+    first, *others = measured.text.splitlines()
+    told = "\n".join([first, *unstable(workspace, scene), *others])
     return Result(text=shortened(told, workspace), pictures=strip, figures=figures)
 
 
@@ -164,7 +165,11 @@ def sweep(
     ],
     what: Annotated[What, Field(description="What is measured for each value; see measure, play and probe.")],
     select: Annotated[
-        str, Field(description="XPath of the elements, such as //body/joint or //joint[@name='bend_1'].")
+        str,
+        Field(
+            description="XPath of the elements, such as //body/joint or //joint[@name='bend_1']; names "
+            'as in the robot\'s MJCF, with "robot/" before them or without.'
+        ),
     ] = "",
     attribute: Annotated[
         str,
@@ -191,7 +196,15 @@ def sweep(
         except AidsrError as error:
             rows.append((value, error))
     varied = f"{attribute} of {select}" if attribute else "{x} of the script"
-    return Result(text="\n".join(_table(varied, rows, what)))
+    return Result(text="\n".join([_compared(varied, rows), *_table(varied, rows, what)]))
+
+
+def _compared(varied: str, rows: Sequence[tuple[str, Measured | AidsrError]]) -> str:
+    """Return the first figure of each row in a line."""
+    first = [(value, found.figures[0]) for value, found in rows if isinstance(found, Measured) and found.figures]
+    if not first:
+        return f"{varied}: every value failed"
+    return f"{varied}, {first[0][1].name}: " + "; ".join(f"{value}: {each.text}" for value, each in first)
 
 
 def _table(varied: str, rows: Sequence[tuple[str, Measured | AidsrError]], what: str = "") -> list[str]:
@@ -223,10 +236,10 @@ def train(
     scene: SceneName,
     steps: Annotated[int, Field(ge=2000, le=500_000, description="Control steps.")] = 50_000,
 ) -> Result:
-    """Train a policy and say how it learned, how many development variations it wins and whether it is valid.
+    """Train a policy from nothing and say how it learned, what it wins, whether it is valid, and what it does.
 
-    Takes many minutes. Valid means: the physics is plausible, with slack cables or a locked soft body the policy loses,
-    and without the robot's other actuators it still wins.
+    Takes many minutes. It cannot begin with a script. Valid means: the physics is plausible, with slack cables or a
+    locked soft body the policy loses, and without the robot's other actuators it still wins.
     """
     require_extra("rl", "training")
     from aidsr.learn.rl.evaluation import LEAST_EPISODES
@@ -254,8 +267,11 @@ def train(
         again=False,
         listen=lambda _point: None,
     )
-    found = _judged(subject, folder, LEAST_EPISODES, "development", f"after {steps:,} steps: ")
-    return found.model_copy(update={"text": "\n".join([found.text, *learning_in_words(Training(folder))])})
+    found, episodes = _judged(subject, folder, LEAST_EPISODES, "development", f"after {steps:,} steps: ")
+    shown = next((one for one in episodes if one.ended != "succeeded"), episodes[0])
+    played = play_policy(folder, shown.variation)
+    told = [f"one episode that it {'won' if played.succeeded else 'lost'}, played again:", *played.account()]
+    return found.model_copy(update={"text": "\n".join([found.text, *learning_in_words(Training(folder)), *told])})
 
 
 def evaluate(
@@ -274,11 +290,13 @@ def evaluate(
     ]
     if not finished:
         raise UserError(f"{scene} has no trained policy; train it first")
-    return _judged(subject, finished[-1], episodes, "held_out", "")
+    return _judged(subject, finished[-1], episodes, "held_out", "")[0]
 
 
-def _judged(subject: MeasuredScene, folder: Path, episodes: int, split: Split, head: str) -> Result:
-    """Return how a trained policy does on as many variations of a split."""
+def _judged(
+    subject: MeasuredScene, folder: Path, episodes: int, split: Split, head: str
+) -> tuple[Result, Sequence[EpisodeResult]]:
+    """Return how a trained policy does on as many variations of a split, and its episodes."""
     from aidsr.learn.rl.isolated_learning import run_evaluation
 
     found = run_evaluation(folder, episodes, None, split, 1, False, False, lambda _point: None)
@@ -294,7 +312,8 @@ def _judged(subject: MeasuredScene, folder: Path, episodes: int, split: Split, h
         *ends_in_words(found.episodes, found.hold_s),
         *(f"not plausible: {check.message}" for check in found.checks if not check.passed),
     ]
-    return Result(text="\n".join(lines), figures={"success": rate.share, "valid": float(found.valid)})
+    figures = {"success": rate.share, "valid": float(found.valid), "progress": progress}
+    return Result(text="\n".join(lines), figures=figures), found.episodes
 
 
 def _measure(how: How, what: What) -> Callable[[MeasuredScene], Measured]:
@@ -336,6 +355,7 @@ def _changed(workspace: Workspace, subject: str, select: str, attribute: str, va
     is_scene = subject.startswith("scene")
     name = workspace.record(subject).robot if is_scene else subject
     robot = workspace.robot(name)
+    select = select.replace(ROBOT_PREFIX, "")  # names stand with it in a scene and in results
     if not attribute.isidentifier():
         raise UserError(f'"{attribute}" is not the name of an attribute')
     try:

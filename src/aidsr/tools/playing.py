@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from aidsr.sandbox.isolated import isolated
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 
 _LIMITS = Limits(wall_s=7200.0, cpu_s=4800.0)
 """Our choice: many times what eight episodes of the largest built-in body take."""
+_POLICY_LIMITS = Limits(wall_s=7200.0, cpu_s=4800.0, memory_mib=16_384)
+"""The same, with the memory that torch maps."""
 
 
 def play(
@@ -80,11 +83,33 @@ def _motion(scene: TaskScene, tracks: Script) -> ScriptPolicy:
     return tracks.played_by(names, scene.actions.rest, scene.task.control_dt_s)
 
 
-def _episodes(scene: TaskScene, model: MjModel, variations: Sequence[Variation], seconds: float) -> Episodes:
+@isolated(limits=_POLICY_LIMITS, prepare=("aidsr.learn.rl.trained",))
+def play_policy(folder: Path, variation: int) -> Recording:
+    """Play one development variation with a trained policy, without noise, and return what happened.
+
+    Args:
+        folder: Of the finished training.
+        variation: Index of the variation.
+
+    Raises:
+        UserError: There is no finished training.
+        IsolationError: Playing ran past its limits.
+    """
+    from aidsr.learn.rl.policy import one_torch_thread
+    from aidsr.learn.rl.trained import FinishedTraining
+
+    trained = FinishedTraining.load(folder)
+    with one_torch_thread():
+        return record(trained.scene, trained.policy, variation=variation, smoothing=trained.config.recipe.smoothing)
+
+
+def _episodes(
+    scene: TaskScene, model: MjModel, variations: Sequence[Variation], seconds: float, smoothing: float = 0.0
+) -> Episodes:
     """Return episodes of a model of the scene, cut off after `seconds` where these are not 0."""
     from aidsr.learn.episodes.batch import Episodes
 
-    episodes = Episodes(model, scene.task, scene.actions, variations, threads=1)
+    episodes = Episodes(model, scene.task, scene.actions, variations, threads=1, smoothing=smoothing)
     if seconds:
         episodes.time_limit_s[:] = min(seconds, scene.task.time_limit_s)
     return episodes
@@ -126,15 +151,25 @@ def record(
     variation: int,
     seconds: float = 0.0,
     distances: Sequence[tuple[str, str]] = (),
+    smoothing: float = 0.0,
 ) -> Recording:
-    """Let a policy play one episode and return what happened; see `play`."""
+    """Let a policy play one episode and return what happened; see `play`.
+
+    Args:
+        scene: The scene.
+        policy: Acts.
+        variation: Index of the development variation.
+        seconds: How long to play; the task's time limit unless given.
+        distances: Pairs of names whose distance is measured.
+        smoothing: Share of the previous action that is kept in the next, as the policy was trained with.
+    """
     from aidsr.learn.episodes.rollout import rollout
     from aidsr.tools.commands import unnamed_in_words
     from aidsr.tools.recorder import Recorder
     from aidsr.tools.script import ScriptPolicy
 
     chosen = scene.task.variation("development", variation)
-    episodes = _episodes(scene, scene.model, [chosen], seconds)
+    episodes = _episodes(scene, scene.model, [chosen], seconds, smoothing)
     recorder = Recorder(scene, chosen, episodes, distances)
     outcomes = rollout(episodes, policy, recorder.step)
     played = recorder.recording(outcomes, variation)

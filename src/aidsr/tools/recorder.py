@@ -18,7 +18,7 @@ from aidsr.sim.divergence import body_speeds
 from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.tasks import Feature, GoalTask, Task, Variation, apply_to_simulation
 from aidsr.tools.distances import distance_m, find_pairs
-from aidsr.tools.recording import Distance, Moment, Recording, Touch
+from aidsr.tools.recording import Asked, Distance, Moment, Recording, Touch
 from aidsr.tools.resting import TOUCH_N
 
 _START_S = 0.3
@@ -82,6 +82,7 @@ class Recorder:
         self._features = [self._observed()]
         self._turns, self._last_turn_deg = 0.0, 0.0
         self.moments = [self._moment(0.0, float(episodes.progress[0]))]
+        self._best, self._asked = self.moments[0].progress, self._conditions()
         inside = self._inside()
         self._overlaps = tuple(
             (name, inside.get(name, 0.0), described.get(name, 0.0)) for name in {**described, **inside}
@@ -95,6 +96,8 @@ class Recorder:
         mujoco.mj_forward(self._model, self._data)
         self._against_s += self._task.control_dt_s * float(result.violation[0] > 0.0)
         self.moments.append(self._moment(float(result.time_s[0]), float(result.progress[0])))
+        if self.moments[-1].progress > self._best:
+            self._best, self._asked = self.moments[-1].progress, self._conditions()
 
     def recording(self, outcomes: EpisodeOutcomes, variation: int) -> Recording:
         """Return what was recorded."""
@@ -136,7 +139,21 @@ class Recorder:
             passed=outcomes.passed[0],
             against_s=self._against_s,
             overlaps=self._overlaps,
+            asked=self._asked,
             counted=self._task.criteria.progress if isinstance(self._task, GoalTask) else "",
+        )
+
+    def _conditions(self) -> tuple[Asked, ...]:
+        """Return what the stages ask for, as it is now."""
+        return tuple(
+            Asked(
+                name=one.name,
+                value=float(one.value[0]),
+                limit=float(np.ravel(one.limit)[0]),
+                at_least=one.at_least,
+                unit=one.unit,
+            )
+            for one in self._episodes.conditions()
         )
 
     def _ended(self, outcomes: EpisodeOutcomes) -> str:

@@ -49,6 +49,22 @@ class Distance(Artifact):
     end_m: float
 
 
+class Asked(Artifact):
+    """A number that the stages of the task ask for, against its limit."""
+
+    name: str
+    value: float
+    limit: float
+    at_least: bool
+    unit: str
+
+    @property
+    def text(self) -> str:
+        """The number as a clause, such as "raised by 12 mm (at least 100)"."""
+        asked = f"at {'least' if self.at_least else 'most'} {format_value(self.limit)}"
+        return f"{self.name} {format_value(self.value)} {self.unit}".rstrip() + f" ({asked})"
+
+
 class Moment(Artifact):
     """State after a control step."""
 
@@ -97,6 +113,8 @@ class Recording(Artifact):
     overlaps: tuple[tuple[str, float, float], ...] = ()
     """Shapes of the environment that the robot is inside of at the start: how deep in this variation, and how deep
     where the environment describes them [m]."""
+    asked: tuple[Asked, ...] = ()
+    """What the stages ask for, as it was when progress was best."""
     counted: str = ""
     """What progress is made of, where that is a person's own goal."""
     cut_off: tuple[str, ...] = ()
@@ -156,10 +174,16 @@ class Recording(Artifact):
 
     def text(self) -> str:
         """Return the episode in at most 45 lines."""
-        lines = [
-            f"{format_number(self.duration_s)} s of development variation {self.variation}. Ended: {self.ended}",
+        return "\n".join([*self.account(), *self._features(), *self._table()])
+
+    def account(self) -> list[str]:
+        """Return in lines how far it came, by what way, what it touched and what ended it."""
+        return [
+            f"{format_number(self.duration_s)} s of development variation {self.variation}, best progress "
+            f"{self.best_progress:.2f}. Ended: {self.ended}",
             *([f"in this variation: {self.varied}"] if self.varied else []),
             self._progress(),
+            *([f"when progress was best: {self._asked()}"] if self.asked else []),
             *self._validity(),
             *(f"a limit passed: {limit.text}" for limit in self.passed),
             *self._against(),
@@ -169,10 +193,7 @@ class Recording(Artifact):
             self._way(),
             *self._touches(),
             *(_distance_line(one) for one in self.distances),
-            *self._features(),
-            *self._table(),
         ]
-        return "\n".join(lines)
 
     def csv(self) -> str:
         """Return every control step as CSV."""
@@ -201,7 +222,11 @@ class Recording(Artifact):
         """How far it came, what it passed first, and whether such a policy would be valid, in clauses."""
         held = f", held {self.held_s:.3g} s of {self.hold_s:.3g} s" if self.held_s and not self.succeeded else ""
         passed = f"; {self.passed[0].text}" if self.passed else ""
-        return f"{self.reached}{held}{passed}{self._valid_clause()}"
+        asked = f"; when progress was best: {self._asked()}" if self.asked and not self.succeeded else ""
+        return f"{self.reached}{held}{asked}{passed}{self._valid_clause()}"
+
+    def _asked(self) -> str:
+        return ", ".join(one.text for one in self.asked)
 
     def _valid_clause(self) -> str:
         if self.not_valid is None:

@@ -26,10 +26,9 @@ from aidsr.sim.ownership import ROBOT_PREFIX
 FloatArray = NDArray[np.float64]
 
 GRAMMAR = """\
-One line for each group of actuators, "group: ...". Actions are -1 to 1 over the control range; a group that is not \
-named, of the environment too, stays at the action whose command is nearest to 0, "*" names all that have no line of \
-their own. A line holds waypoints, between which the action is \
-interpolated ("t=0 -1, t=1.5 0.8": seconds, action), or "mean 0.2", or one number; and, if wanted, a sine on top: \
+A line "group: ..." for each group, "*" for all without a line of their own; what has none, of the environment too, \
+stays where its command is nearest to 0. Actions are -1 to 1 over the control range: waypoints with straight lines \
+between ("t=0 -1, t=1.5 0.8": seconds, action), or one number; on top, if wanted, a sine, \
 "amplitude 0.5 hz 1.5 phase 90" (degrees), perhaps only "from 2 until 6" seconds. Sums are cut off at -1 and 1."""
 
 _MAX_CHARACTERS = 10_000

@@ -79,7 +79,8 @@ def test_a_robot_is_designed_in_a_session(tmp_path: Path) -> None:
     assert made.startswith("scene_1: stable; robot_1 in reaching/button_pushing"), made
     assert (tmp_path / "scene_1" / "scene.xml").read_text().startswith("<mujoco")
     assert Workspace(tmp_path).record("scene_1").level == "hard"
-    assert text(played).startswith("0.2 s of development variation 0. Ended: all that was to be played was played")
+    assert text(played).startswith("0.2 s of development variation 0, best progress 0")
+    assert "Ended: all that was to be played was played" in text(played).splitlines()[0]
     assert drawn.content[1].mime_type == "image/png"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 from collections.abc import Callable
@@ -12,7 +13,7 @@ import pytest
 from agent_samples import BRIEF, CONCEPT, CRITIQUE, PLACEMENT, REPORT, ROBOT, SCENE, SUMMARY
 
 from aidsr.core.artifacts import Critique, EnvironmentSummary, Keep, Placement
-from aidsr.core.calls import CallRecord, Question, Usage
+from aidsr.core.calls import CallRecord, Question, ToolCall, Usage
 from aidsr.core.errors import ReplyError
 from aidsr.core.roles import Team
 from aidsr.teams.llm import JudgeAgent, direct_team, prompts, team
@@ -23,6 +24,10 @@ from aidsr.teams.llm.patch import apply_patch, extract_patch
 from aidsr.teams.llm.prompts import render
 from aidsr.teams.llm.replies import fenced_blocks, parse_json, validate_as
 from aidsr.teams.measuring import ToolBudget, measuring_team
+from aidsr.teams.measuring.records import Exchange, ToolRecord
+from aidsr.teams.measuring.session import Session
+from aidsr.teams.measuring.toolbox import Toolbox
+from aidsr.tools import Workspace
 
 SNAPSHOTS = Path(__file__).parent / "snapshots"
 FREE = BRIEF.model_copy(update={"base": "free", "needs_contact": False, "starting_robot": ROBOT.mjcf})
@@ -193,6 +198,43 @@ def test_what_the_measuring_team_is_told(tmp_path: Path) -> None:
     agrees("measuring_no_call", second.messages[3].text)
 
 
+def test_what_it_is_told_once_every_family_was_measured(tmp_path: Path) -> None:
+    """The last reply and its results, the board with a body that is worked on, and the laws without the guide."""
+
+    def result(tool: str, text: str, figures: dict[str, float] | None = None, **arguments: object) -> ToolRecord:
+        values = {"name": tool, "arguments": json.dumps(arguments), "text": text, "figures": figures or {}}
+        return ToolRecord(**values, outcome="done", seconds=30.0)
+
+    box = Toolbox(Workspace(tmp_path), tmp_path, ToolBudget(80, 60))
+    robot = box.workspace.add_robot(ROBOT)
+    families = [{"name": "arm", "idea": "It bends."}, {"name": "claw", "idea": "It closes."}]
+    made = result("validate", f"{robot}: stable\nlength 120 mm", mjcf=ROBOT.mjcf, family="arm")
+    script = "a: mean 0.5\nb: -1"
+    rounds = [
+        [result("propose", "noted: arm, claw", families=families), made],
+        [result("assemble", "scene_1: stable; robot_1 in the environment", robot=robot)],
+        [result("play", "won 3 of 8", {"progress": 0.6}, scene="scene_1", script=script, variations=[0, 1, 2])],
+        [result("keep", "kept scene_1", scene="scene_1", why="It won 3 of 8.")],
+    ]
+    exchanges = [
+        Exchange(
+            "Long arms sag." if number == 0 else "",
+            tuple(ToolCall(id=str(i), name=one.name, arguments=one.arguments) for i, one in enumerate(each, 1)),
+            tuple(each),
+        )
+        for number, each in enumerate(rounds)
+    ]
+    session = Session(Listener(), box)
+    early, later = (session.told("The job.", exchanges[:count], native=False) for count in (1, 4))
+    assert "Families of which no body was measured yet: arm, claw." in early[3].text
+    assert "(kept as robot_1)" in early[2].text, "the MJCF stands once"
+    box.explore = False
+    system, _, _, last = session.told("The job.", exchanges, native=False)
+    agrees("measuring_later", system.text)
+    agrees("measuring_board", last.text)
+    assert len(later) == 4
+
+
 def test_what_it_is_told_of_a_robot_that_came_back(tmp_path: Path) -> None:
     asked = CONCEPT.model_copy(update={"name": "Measured design 1 of 3", "rationale": "Make it thinner."})
     first, *_ = measuring_heard(tmp_path, lambda t: t.coder.repair(BRIEF, asked, ROBOT, CRITIQUE))
@@ -215,6 +257,8 @@ def test_no_snapshot_is_left_over() -> None:
         "measuring_start",
         "measuring_start_again",
         "measuring_no_call",
+        "measuring_later",
+        "measuring_board",
         "direct",
         "direct_system",
         "designer",

@@ -21,6 +21,7 @@ from aidsr.sim.divergence import batch_diverged, warnings_ignored
 from aidsr.sim.jacobian import choose_jacobian
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import Reader, Readings, Task, Variation, apply_to_batch
+from aidsr.tasks.condition import Condition
 from aidsr.tasks.readings import BoolArray, FloatArray
 from aidsr.tasks.scoring import merge, reset, score
 
@@ -119,7 +120,7 @@ class Episodes:
         self._bind_outputs()
         self._apply(np.arange(self.n))
         readings = self._read(self._sensordata[:, None])
-        self._state = reset(task, readings)
+        self._state, self._readings = reset(task, readings), readings
         self.observation = self._observe(readings)
         """(n, n_observations)."""
 
@@ -141,6 +142,10 @@ class Episodes:
     def passed_limits(self, index: int) -> tuple[PassedLimit, ...]:
         """Return the limits that an episode has passed so far."""
         return self.task.passed_limits({name: value[index] for name, value in self._state.task_state.items()})
+
+    def conditions(self) -> tuple[Condition, ...]:
+        """Return what the stages of the task ask for, as it is after the last control step."""
+        return self.task.conditions(self._readings, self._state.task_state)
 
     def copy_state(self, index: int, data: mujoco.MjData) -> None:
         """Give a simulation the present state of an episode, so that `mj_forward` finds the forces that act in it.
@@ -168,7 +173,7 @@ class Episodes:
             self.variations[index] = variation
         self._apply(ids)
         which = np.isin(np.arange(self.n), ids)
-        readings = self._read(self._sensordata[:, None])
+        readings = self._readings = self._read(self._sensordata[:, None])
         self._state = merge(self._state, reset(self.task, readings), which)
         self.observation = np.where(which[:, None], self._observe(readings), self.observation)
         return self.observation
@@ -204,7 +209,7 @@ class Episodes:
         applied = self.smoothing * self._last_action + (1.0 - self.smoothing) * requested
         self._last_action = np.where(running[:, None], applied, self._last_action)
         samples, diverged = self._simulate(running)
-        readings = self._read(samples)
+        readings = self._readings = self._read(samples)
         after, scored = score(self.task, self._state, readings, requested)
         good = running & ~diverged
         self._state = merge(self._state, after, good)

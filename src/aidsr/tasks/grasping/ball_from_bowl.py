@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
-from aidsr.tasks.grasping.base import approach
+from aidsr.tasks.condition import Condition
+from aidsr.tasks.grasping.base import approach, grip_conditions, raised_condition
 from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import excess, share
@@ -127,6 +128,9 @@ class BallFromBowl(Task):
     def progress(self, readings: Readings, state: TaskState) -> FloatArray:
         raised = share(_raised_m(readings, state), RAISED_M)
         return 0.3 * approach(readings) + 0.3 * readings.contacts("grip").opposition() + 0.4 * raised
+
+    def conditions(self, readings: Readings, state: TaskState) -> tuple[Condition, ...]:
+        return (*grip_conditions(readings), raised_condition(_raised_m(readings, state), RAISED_M))
 
     def violation(self, readings: Readings) -> FloatArray:
         return np.maximum(_outside(readings), excess(readings.peak_contact_n("grip"), MAX_FORCE_N))

@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.condition import Condition
 from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import FloatArray, Readings
 from aidsr.tasks.shaping import closeness, share
@@ -22,6 +23,8 @@ ABOVE_TABLE_M = 0.25
 RAISED_M = 0.10
 """How high the object has to be raised."""
 LIFT_PROGRESS = "Three tenths for coming near, three for holding it from opposite sides, four for its height."
+_NEAR_M = 0.05
+"""From which the functional part counts as at the object."""
 _LIFT_OFF_M = 0.01
 """An object higher than this over its start has left the table."""
 
@@ -80,6 +83,9 @@ class LiftTask(CarriageTask, ABC):
         raised = share(raised_m(readings, state), RAISED_M)
         return 0.3 * approach(readings) + 0.3 * readings.contacts("grip").opposition() + 0.4 * raised
 
+    def conditions(self, readings: Readings, state: TaskState) -> tuple[Condition, ...]:
+        return (*grip_conditions(readings), raised_condition(raised_m(readings, state), RAISED_M))
+
     @property
     def target(self) -> tuple[Mark, ...]:
         return (Mark(element="joint", name="object_free", by=RAISED_M),)
@@ -97,7 +103,20 @@ class LiftTask(CarriageTask, ABC):
 
 def approach(readings: Readings) -> FloatArray:
     """Return the nearness of the functional part to the object, 0 to 1, (n,)."""
-    return closeness(away_m(readings), within=0.05, margin=0.2)
+    return closeness(away_m(readings), within=_NEAR_M, margin=0.2)
+
+
+def grip_conditions(readings: Readings) -> tuple[Condition, Condition]:
+    """Return what being "around" an object is made of: nearness, and contacts on opposite sides."""
+    return (
+        Condition("functional part to object", 1000 * away_m(readings), 1000 * _NEAR_M, at_least=False, unit="mm"),
+        Condition("contacts face each other (1: from opposite sides)", readings.contacts("grip").opposition(), 1.0),
+    )
+
+
+def raised_condition(height_m: FloatArray, needed_m: float) -> Condition:
+    """Return how high an object is, (n,), against how high it has to be [m]."""
+    return Condition("raised by", 1000 * height_m, 1000 * needed_m, unit="mm")
 
 
 def away_m(readings: Readings) -> FloatArray:

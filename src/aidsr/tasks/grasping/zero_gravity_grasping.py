@@ -7,7 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from aidsr.tasks.grasping.base import CarriageTask, approach, away_m
+from aidsr.tasks.condition import Condition
+from aidsr.tasks.grasping.base import CarriageTask, approach, away_m, grip_conditions
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import closeness, excess
 from aidsr.tasks.task import FORCE_SCALE_N, Criteria, Feature, TaskState, span
@@ -123,6 +124,14 @@ class ZeroGravityGrasping(CarriageTask):
         opposition = readings.contacts("grip").opposition()
         still = closeness(_relative_m_s(readings), within=STILL_M_S, margin=0.1)
         return 0.3 * approach(readings) + 0.3 * opposition + 0.4 * opposition * still
+
+    def conditions(self, readings: Readings, state: TaskState) -> tuple[Condition, ...]:
+        moved_m = np.linalg.norm(_from_mount_m(readings) - state["held"], axis=1)
+        return (
+            *grip_conditions(readings),
+            Condition("speed against the mount", _relative_m_s(readings), STILL_M_S, at_least=False, unit="m/s"),
+            Condition("moved in the grip", 1000 * moved_m, 1000 * KEPT_M, at_least=False, unit="mm"),
+        )
 
     def violation(self, readings: Readings) -> FloatArray:
         return excess(away_m(readings), PUSHED_M, full=LOST_M)

@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.condition import Condition
 from aidsr.tasks.gentleness import SELDOM, after_touch, is_gentle, untouched
 from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import TOUCH_N, BoolArray, FloatArray, Readings
@@ -72,8 +73,9 @@ class SurfaceAdapting(Task):
         depth_m = MOUNT_HEIGHT_M - AXIS_HEIGHT_M
         return (
             f"Lie along a rounded surface for {self.hold_s:g} s with at least {100 * self.share_on_surface:g} % of the "
-            f"body's length, each part within {100 * NEAR_LENGTHS:g} % of that length, in contact at places "
-            f"{100 * SPREAD_LENGTHS:g} % of that length apart around the curve; a contact may be stronger than "
+            f"body's length, each part within {100 * NEAR_LENGTHS:g} % of that length, and touch it at two places or "
+            f"more, of which the outermost two are at least {100 * SPREAD_LENGTHS:g} % of that length apart around the "
+            f"curve; a contact may be stronger than "
             f"{MAX_FORCE_N:g} N in at most {100 * SELDOM:g} % of the time in contact. The surface is half a cylinder "
             f"of {span(RADIUS_M)} m radius, smooth or with {1000 * WAVE_M:g} mm waves; its level axis is {depth_m:g} m "
             f"below the fixed mount and its nearest side {GAP_M - GAP_SPREAD_M:.2f} to {GAP_M + GAP_SPREAD_M:.2f} m "
@@ -140,6 +142,17 @@ class SurfaceAdapting(Task):
         near = closeness(gaps_m(readings), within=NEAR_LENGTHS * readings.length_m, margin=0.2) @ outline.length_share
         touching = share(spread_m(readings), SPREAD_LENGTHS * readings.length_m)
         return 0.4 * near + 0.4 * share(_share_on_surface(readings), self.share_on_surface) + 0.2 * touching
+
+    def conditions(self, readings: Readings, state: TaskState) -> tuple[Condition, ...]:
+        too_hard = state["too_hard_s"] / np.maximum(state["touching_s"], self.control_dt_s)
+        apart = 1000 * SPREAD_LENGTHS * readings.length_m
+        return (
+            Condition("share of the body that lies on the surface", _share_on_surface(readings), self.share_on_surface),
+            Condition("outermost contacts apart around the curve", 1000 * spread_m(readings), apart, unit="mm"),
+            Condition(
+                f"share of the time in contact with more than {MAX_FORCE_N:g} N", too_hard, SELDOM, at_least=False
+            ),
+        )
 
     def violation(self, readings: Readings) -> FloatArray:
         return excess(readings.peak_contact_n("surface_contacts"), MAX_FORCE_N)

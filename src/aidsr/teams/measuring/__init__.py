@@ -1,6 +1,7 @@
 """The measuring team: one language model that makes bodies and measures them with `aidsr.tools` until one does the job.
 
 session    the conversation: replies, calls of tools, results, until it finishes or its budget is used up
+board      what a question tells of the work so far: the last reply in full, the rest in lines that code keeps
 toolbox    the tools it has, what each call brought on record, and what it may still call
 calls      calls of tools in the text of a reply, for models that take none
 team       the four roles of a run, played by a session

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +14,8 @@ from aidsr.core.errors import ReplyError
 _FENCE = re.compile(
     r"^[ \t]*+```[ \t]*+(tool|argument)[ \t]++(\w++)[ \t]*+\n(.*?)(?:^[ \t]*+```[ \t]*+$|\Z)", re.MULTILINE | re.DOTALL
 )
+_LONG = ("mjcf", "patch", "script")
+"""Arguments that stand in blocks of their own."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,24 @@ def calls_in_text(reply: str) -> tuple[ToolCall, ...]:
     )
 
 
+def calls_as_text(calls: Sequence[ToolCall]) -> str:
+    """Return calls as a reply has them in its text, see `calls_in_text`."""
+    return "\n".join(block for call in calls for block in _blocks(call))
+
+
+def _blocks(call: ToolCall) -> Iterator[str]:
+    arguments = json.loads(call.arguments)
+    long = {name: value for name, value in arguments.items() if name in _LONG and isinstance(value, str)}
+    short = {name: value for name, value in arguments.items() if name not in long}
+    yield f"```tool {call.name}\n{json.dumps(short, ensure_ascii=False)}\n```"
+    yield from (f"```argument {name}\n{value}\n```" for name, value in long.items())
+
+
+def prose_of(reply: str) -> str:
+    """Return the text of a reply beside its calls."""
+    return _FENCE.sub("", reply).strip()
+
+
 def results_as_text(outputs: Sequence[ToolOutput]) -> str:
     """Return the results of calls as the next message."""
     return "\n\n".join(f"## {output.id}. {output.name}\n\n{output.text}" for output in outputs)
@@ -56,7 +76,7 @@ def results_as_text(outputs: Sequence[ToolOutput]) -> str:
 def describe_tools(tools: Sequence[ToolSpec]) -> tuple[DescribedTool, ...]:
     """Return tools as a prompt shows them: each argument with its type, its default and what it is.
 
-    The fields of an object that several tools take are told of once.
+    What is the same for several tools, the fields of an object or an argument, is told of once.
     """
     told: dict[str, str] = {}
     return tuple(DescribedTool(tool.name, tool.description, tuple(_Arguments(tool, told).lines())) for tool in tools)
@@ -87,12 +107,12 @@ class _Arguments:
 
     def _line(self, name: str, field: dict[str, Any]) -> str:
         default, about = field.get("default"), field.get("description", "")
-        left_out = "" if name in self.tool.parameters.get("required", ()) else ", may be left out"
-        if left_out and isinstance(default, int | float | list) and default not in (0, []):
-            left_out = f", {json.dumps(default)} unless given"
-        if left_out and isinstance(default, str) and default:
-            left_out = f", {json.dumps(default)} unless given"
-        return f"`{name}` ({self._type(field)}{left_out})" + f": {about}".rstrip(": ")
+        optional = "" if name in self.tool.parameters.get("required", ()) else "?"
+        known = default not in (0, [], "", None, {}) and isinstance(default, int | float | list | str)
+        given = f" = {json.dumps(default)}" * (known and not isinstance(default, dict))
+        key = f"{name} {about}"
+        first = self.told.setdefault(key, self.tool.name) == self.tool.name
+        return f"{name}{optional} ({self._type(field)}{given})" + f": {about}".rstrip(": ") * first
 
     def _type(self, field: dict[str, Any]) -> str:
         """Return the type of an argument in words."""

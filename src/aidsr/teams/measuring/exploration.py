@@ -88,13 +88,17 @@ class Exploration:
         }
         return found | {robots[name] for name in found if name in robots}
 
+    def proposed(self) -> list[str]:
+        """Return the families that were proposed last, in lower case; none before there are any."""
+        asked = next((record.values["families"] for record in reversed(self.done) if record.name == "propose"), ())
+        return list(dict.fromkeys(str(family["name"]).strip().lower() for family in asked))
+
     def unmeasured(self) -> list[str]:
         """Return the families of which no body was measured yet, without those that came to nothing often enough."""
         families, measured = self.families(), self.measured()
         there = {families.get(name, "") for name in measured}
         made = [family for name, family in families.items() if name.startswith("robot")]
-        proposed = proposed_families(self.workspace)
-        return [family for family in proposed if family not in there and made.count(family) < HOPELESS]
+        return [family for family in self.proposed() if family not in there and made.count(family) < HOPELESS]
 
     def progress_again(self, scene: str) -> float | None:
         """Return the mean progress of a scene over the seeds of its probes; None where there were fewer than two."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field, TypeAdapter
 
 from aidsr.core.artifacts import Artifact
 from aidsr.core.errors import UserError
-from aidsr.tools import Result, Tool, Workspace
+from aidsr.teams.llm.prompts import render
+from aidsr.tools import TOOLS, Result, Tool, Workspace
 
 FEWEST_FAMILIES = 4
 """Source: our choice; the first idea for a job was rarely the one that did it."""
@@ -71,6 +72,21 @@ def finish(
     return Result(text=f"finished with {scene or 'nothing'}")
 
 
+def _read(workspace: Workspace, *, name: str, **arguments: Any) -> Result:
+    """Show the guide to MJCF, or what `read` shows."""
+    if name == GUIDE:
+        return Result(text=render("mjcf_guide"))
+    return TOOLS["read"].function(workspace, name=name, **arguments)
+
+
+GUIDE = "guide"
+READ = Tool(
+    "read",
+    f'{TOOLS["read"].description.rstrip(".")}; "{GUIDE}" is the whole guide to MJCF.',
+    TOOLS["read"].arguments,
+    _read,
+)
+"""The tool of this name, of a team that is told the guide to MJCF only while it writes its first bodies."""
 OWN_TOOLS = {tool.name: tool for tool in (Tool.of(propose), Tool.of(keep), Tool.of(finish))}
 
 

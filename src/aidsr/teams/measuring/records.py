@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import json
+import re
+from dataclasses import dataclass
 from typing import Any, Literal
 
 from pydantic import Field
 
 from aidsr.core.artifacts import Artifact
-from aidsr.core.calls import Png
+from aidsr.core.calls import Png, ToolCall
+from aidsr.tools.probing import MEAN_PROGRESS
 
 FREE = ("propose", "keep", "finish", "read")
 """Tools that may be called when no calls are left, and are not counted."""
+_MADE = re.compile(r"((?:robot|scene)_\d+):")
 
 
 class ToolRecord(Artifact):
@@ -35,7 +39,39 @@ class ToolRecord(Artifact):
         return self.outcome != "refused" and self.name not in FREE
 
     @property
+    def made(self) -> str:
+        """Name of the robot or scene that it made, "" where it made none."""
+        found = _MADE.match(self.text) if self.outcome == "done" else None
+        return found[1] if found else ""
+
+    @property
+    def headline(self) -> str:
+        """What it found, in a line: the first one of a result says it."""
+        return self.text.partition("\n")[0]
+
+    @property
+    def subject(self) -> str:
+        """Name of the robot or scene that it was about; of one that was carried out."""
+        return str(self.values.get("scene") or self.values.get("subject") or self.values.get("robot") or "")
+
+    @property
+    def progress(self) -> float | None:
+        """How far the scene came that was played, probed or trained; None where it says nothing of that."""
+        return self.figures.get(MEAN_PROGRESS, self.figures.get("progress"))
+
+    @property
     def values(self) -> dict[str, Any]:
         """The arguments by name."""
         found: dict[str, Any] = json.loads(self.arguments or "{}")
         return found
+
+
+@dataclass(frozen=True)
+class Exchange:
+    """A reply that called tools, and what each call brought."""
+
+    said: str
+    """The text beside the calls."""
+    calls: tuple[ToolCall, ...]
+    results: tuple[ToolRecord, ...]
+    """In the order of the calls."""

@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from aidsr.core.calls import CallRecord, Message, Question, ToolCall, ToolOutput
+from aidsr.core.calls import CallRecord, Message, Question, ToolCall
 from aidsr.core.errors import BudgetError, ReplyError
 from aidsr.core.model import Model, calls_tools
 from aidsr.teams.llm.conversation import complaint_about, with_complaint
 from aidsr.teams.llm.prompts import render
-from aidsr.teams.measuring.calls import calls_in_text, describe_tools, results_as_text
+from aidsr.teams.measuring.board import Board
+from aidsr.teams.measuring.calls import calls_in_text, describe_tools, prose_of
 from aidsr.teams.measuring.own_tools import Chosen, chosen
-from aidsr.teams.measuring.records import ToolRecord
+from aidsr.teams.measuring.records import Exchange, ToolRecord
 from aidsr.teams.measuring.toolbox import Toolbox
 
-AT_ONCE = 8
-"""Calls of one reply that are carried out. Our choice: enough for what does not depend on each other."""
+AT_ONCE = 24
+"""Calls of one reply that are carried out. Our choice: six families are proposed, written, placed and measured."""
 _USELESS = 3
 """Replies without a call, one after the other, after which a session ends. Our choice."""
 _REPLIES_PER_CALL = 2
 """Replies of a session for each call it may make, at most: a bound for those that only read and repeat."""
+
+_NAME = re.compile(r"\b(?:robot|scene)_\d+\b")
+_MAKERS = ("validate", "edit", "fix", "assemble")
 
 
 @dataclass
@@ -50,9 +55,8 @@ class Session:
         """
         native = calls_tools(self.model) and not self.text_tools
         specs = self.toolbox.specs
-        system = render("measuring", tools=() if native else describe_tools(specs), at_once=AT_ONCE)
-        messages: tuple[Message, ...] = (Message(role="system", text=system), Message(role="user", text=start))
-        useless = 0
+        exchanges: list[Exchange] = []
+        messages, useless = self.told(start, exchanges, native), 0
         for _ in range(_REPLIES_PER_CALL * self.toolbox.budget.calls):
             if found := self._finished():
                 return found
@@ -62,11 +66,23 @@ class Session:
                 if best := self._best():
                     return best
                 raise
-            messages, made = self._answered(record, native)
-            useless = 0 if made else useless + 1
+            calls, complaint = _calls_of(record, native)
+            if calls:
+                said = record.reply if native else prose_of(record.reply)
+                exchanges.append(Exchange(said.strip(), calls, self._results(calls, exchanges)))
+                messages, useless = self.told(start, exchanges, native), 0
+                continue
+            messages, useless = complaint, useless + 1
             if useless >= _USELESS:
                 return self._kept_or(f"The model called no tool in {_USELESS} replies.")
         return self._finished() or self._kept_or("The model used all its replies without finishing.")
+
+    def told(self, start: str, exchanges: Sequence[Exchange], native: bool) -> tuple[Message, ...]:
+        """Return the conversation: how to work, the job, and what is told of the exchanges so far."""
+        board = Board(exchanges, self.toolbox, native)
+        tools = () if native else describe_tools(self.toolbox.specs)
+        system = render("measuring", tools=tools, at_once=AT_ONCE, explores=board.explores)
+        return (Message(role="system", text=system), Message(role="user", text=start), *board.turns())
 
     def _finished(self) -> Chosen | None:
         """Return what the session finished with, or the scene whose training succeeded; None while there is none.
@@ -98,36 +114,45 @@ class Session:
             return Chosen(scene=found[0], why=why)
         return chosen(self.toolbox.workspace, "kept")
 
-    def _answered(self, record: CallRecord, native: bool) -> tuple[tuple[Message, ...], bool]:
-        """Return the conversation after a reply and its results, and whether it called a tool."""
-        if complaint := complaint_about(record, needs_text=not record.tool_calls):
-            return with_complaint(record, complaint), False
-        try:
-            calls = record.tool_calls if native else calls_in_text(record.reply)
-        except ReplyError as error:
-            return with_complaint(record, str(error)), False
-        said = Message(role="assistant", text=record.reply, tool_calls=calls if native else ())
-        if not calls:
-            nudge = Message(role="user", text=render("measuring_no_call"))
-            return (*record.question.messages, said, nudge), False
-        results = [self._result(number, call) for number, call in enumerate(calls)]
-        outputs = tuple(
-            ToolOutput(id=call.id, name=call.name, text=result.text)
-            for call, result in zip(calls, results, strict=True)
-        )
-        return (*record.question.messages, said, _next_turn(outputs, results, native)), True
+    def _results(self, calls: Sequence[ToolCall], exchanges: Sequence[Exchange]) -> tuple[ToolRecord, ...]:
+        """Carry out the calls of a reply, in order.
 
-    def _result(self, number: int, call: ToolCall) -> ToolRecord:
-        if number < AT_ONCE:
-            return self.toolbox.call(call)
-        text = f"not carried out: at most {AT_ONCE} calls in a reply; call it again"
-        return ToolRecord(name=call.name, arguments=call.arguments, text=text, outcome="refused", seconds=0.0)
+        A reply may name what its own earlier calls make. Where one of these makes nothing, names are other than the
+        model thought: what names anything newer than the last reply's results is not carried out then.
+        """
+        known = {one.made for exchange in exchanges for one in exchange.results}
+        made = set(known)
+        results: list[ToolRecord] = []
+        shifted = ""
+        for number, call in enumerate(calls, 1):
+            new = set(_NAME.findall(call.arguments)) - known
+            if number > AT_ONCE:
+                one = _not_carried_out(call, f"at most {AT_ONCE} calls in a reply; call it again")
+            elif shifted and new:
+                one = _not_carried_out(call, f"{shifted}, so names are other than you thought; call it again")
+            else:
+                one = self.toolbox.call(call)
+            if call.name in _MAKERS and not shifted and (not one.made or one.made in made):
+                shifted = f"call {number}, {call.name}, made nothing new"
+            made.add(one.made)
+            results.append(one)
+        return tuple(results)
 
 
-def _next_turn(outputs: tuple[ToolOutput, ...], results: Sequence[ToolRecord], native: bool) -> Message:
-    """Return the results as the next turn, with their pictures."""
-    pictures = tuple(png for result in results for png in result.pictures)
-    if not native:
-        return Message(role="user", text=results_as_text(outputs), pictures=pictures)
-    text = "The pictures of these results, in order." if pictures else ""
-    return Message(role="user", text=text, pictures=pictures, tool_outputs=outputs)
+def _not_carried_out(call: ToolCall, why: str) -> ToolRecord:
+    return ToolRecord(
+        name=call.name, arguments=call.arguments, text=f"not carried out: {why}", outcome="refused", seconds=0.0
+    )
+
+
+def _calls_of(record: CallRecord, native: bool) -> tuple[tuple[ToolCall, ...], tuple[Message, ...]]:
+    """Return the calls of a reply; where it has none, the conversation with what was wrong with it."""
+    if complaint := complaint_about(record, needs_text=not record.tool_calls):
+        return (), with_complaint(record, complaint)
+    try:
+        calls = record.tool_calls if native else calls_in_text(record.reply)
+    except ReplyError as error:
+        return (), with_complaint(record, str(error))
+    said = Message(role="assistant", text=record.reply)
+    nudge = Message(role="user", text=render("measuring_no_call"))
+    return calls, () if calls else (*record.question.messages, said, nudge)

@@ -13,7 +13,7 @@ from aidsr.core.calls import ToolCall, ToolSpec
 from aidsr.core.errors import IsolationError, MjcfError, UserError
 from aidsr.runs.files import JsonFile
 from aidsr.teams.measuring.exploration import HOPELESS, VALIDATE, Exploration, seeds_of
-from aidsr.teams.measuring.own_tools import OWN_TOOLS, has_families
+from aidsr.teams.measuring.own_tools import OWN_TOOLS, READ, has_families
 from aidsr.teams.measuring.records import FREE, ToolRecord
 from aidsr.tools import TOOLS, Result, Tool, Workspace
 
@@ -21,6 +21,8 @@ TOOLS_FOLDER = "tools"
 """Of the recorded calls, in the folder of an iteration."""
 _FEWEST_SEEDS, _FEWEST_VARIATIONS = 2, 3
 """With which a scene is measured again before it is the result. Our choice."""
+_OF_AN_OWNER = ("task", "level", "realizable")
+"""Arguments that are of no use to a team, which works for one job."""
 
 
 @dataclass(frozen=True)
@@ -63,14 +65,15 @@ class Toolbox:
     def tools(self) -> dict[str, Tool]:
         """The tools by name, in the order in which they are told of."""
         propose, *others = OWN_TOOLS.values()
-        known = {propose.name: propose, **TOOLS, VALIDATE.name: VALIDATE, **{tool.name: tool for tool in others}}
+        here = {tool.name: tool for tool in (VALIDATE, READ)}
+        known = {propose.name: propose, **TOOLS, **here, **{tool.name: tool for tool in others}}
         return {name: tool for name, tool in known.items() if self.pictures or name != "look"}
 
     @property
     def specs(self) -> tuple[ToolSpec, ...]:
         """The tools as a model is told of them."""
         return tuple(
-            ToolSpec(name=tool.name, description=tool.description, parameters=tool.schema)
+            ToolSpec(name=tool.name, description=tool.description, parameters=_of_a_team(tool.schema))
             for tool in self.tools.values()
         )
 
@@ -108,7 +111,7 @@ class Toolbox:
     def _carried_out(self, call: ToolCall) -> ToolRecord:
         def record(outcome: Literal["done", "failed", "refused"], text: str, found: Result | None = None) -> ToolRecord:
             seconds = round(self.clock() - began, 3)
-            made = ToolRecord(
+            return ToolRecord(
                 name=call.name,
                 arguments=call.arguments,
                 text=text,
@@ -117,9 +120,6 @@ class Toolbox:
                 seconds=seconds,
                 figures=found.figures if found else {},
             )
-            calls, minutes = self.calls_made + made.counts, self.minutes_used + seconds / 60
-            left = f"[{calls} of {self.budget.calls} calls, {minutes:.0f} of {self.budget.minutes:g} minutes]"
-            return made.model_copy(update={"text": f"{text}\n{left}"})
 
         began = self.clock()
         tool = self.tools.get(call.name)
@@ -190,3 +190,19 @@ class Toolbox:
         variations = {one for each in played for one in each.get("variations") or [each.get("variation", 0)]}
         trained = any(record.name == "train" for record in about)
         return trained or len(seeds) >= _FEWEST_SEEDS or len(variations) >= _FEWEST_VARIATIONS
+
+
+def _of_a_team(schema: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of a tool's arguments without those that only an owner of the job needs."""
+    kept = {key: one for key, one in schema["properties"].items() if key not in _OF_AN_OWNER}
+    used: dict[str, Any] = _short({**schema, "properties": kept})
+    return used
+
+
+def _short(value: Any) -> Any:
+    """Return a part of a schema without what tells a model nothing: each question repeats the tools."""
+    if isinstance(value, dict):
+        # a title is the name again, a length is far beyond what anybody writes, an object's fields have their defaults
+        idle = {"title": str, "maxLength": int, "default": dict}
+        return {key: _short(one) for key, one in value.items() if not isinstance(one, idle.get(key, ()))}
+    return [_short(one) for one in value] if isinstance(value, list) else value
