@@ -175,7 +175,7 @@ def test_numbers_that_are_none_in_a_sweep_are_told_of_in_its_rows(session: Sessi
     varied = {"subject": "robot_1", "what": "bends", "select": "//joint", "attribute": "stiffness"}
     failed, text = session.call("sweep", json.dumps({**varied, "values": ["nan", "1e999", "²", NINES, "0.2"]}))
     assert not failed
-    _, nan, infinite, superscript, nines, good = text.splitlines()
+    _, _, nan, infinite, superscript, nines, good = text.splitlines()
     assert all(" | failed: " in row for row in (nan, infinite, superscript, nines))
     assert good.startswith("0.2 | ")
     assert "failed" not in good
