@@ -29,7 +29,7 @@ from aidsr.teams.providers.tokens import estimate_input_tokens
 from aidsr.tools import Workspace
 from aidsr.tools.probing import MEAN_PROGRESS
 
-TRANSCRIPTS = Path(__file__).parent / "transcripts" / "measuring"
+TRANSCRIPTS = Path(__file__).parent / "transcripts" / "measuring-before"
 _BUDGET = ToolBudget(calls=80, minutes=60)
 _RESULT = re.compile(r"^## \d+\. \w+\n\n(.*?)(?=\n\n## \d+\. \w+\n\n|\Z)", re.MULTILINE | re.DOTALL)
 _USED = re.compile(r"\n\[\d+ of \d+ calls, (\d+) of \d+ minutes\]$")
