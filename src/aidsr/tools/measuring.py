@@ -200,10 +200,11 @@ def sweep(
 
 
 def _compared(varied: str, rows: Sequence[tuple[str, Measured | AidsrError]]) -> str:
-    """Return the first figure of each row in a line."""
-    first = [(value, found.figures[0]) for value, found in rows if isinstance(found, Measured) and found.figures]
+    """Return the first figure of each row that has one in a line."""
+    measured = [(value, found) for value, found in rows if isinstance(found, Measured)]
+    first = [(value, found.figures[0]) for value, found in measured if found.figures]
     if not first:
-        return f"{varied}: every value failed"
+        return f"{varied}: {'no figures' if measured else 'every value failed'}"
     return f"{varied}, {first[0][1].name}: " + "; ".join(f"{value}: {each.text}" for value, each in first)
 
 

@@ -95,9 +95,10 @@ class SurfaceAdapting(Task):
             ),
             success=(
                 f"Enough of the body lies on the surface and presses on it, with {TOUCH_N:g} N or more at each place "
-                f"that counts, far enough apart; hardly ever was a contact of more than {MAX_FORCE_N:g} N. The body's "
-                "length is that of all its solid parts, laid end to end: a second limb or a post that lies elsewhere "
-                "counts against it. The flat back of the half cylinder does not count as its surface."
+                f"that counts, far enough apart; hardly ever was a contact of more than {MAX_FORCE_N:g} N. The "
+                "share is of all solid parts, laid end to end: a second limb or a post that lies elsewhere counts "
+                "against it. Distances are shares of the longest way from the root to a tip, or of the moving parts' "
+                "diagonal where that is shorter. The flat back of the half cylinder does not count as its surface."
             ),
             violation=f"A contact of more than {MAX_FORCE_N:g} N.",
         )
