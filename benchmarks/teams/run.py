@@ -77,7 +77,7 @@ class Row(Artifact):
     """Mean of the furthest that each held-out episode came."""
     episodes: int = 0
     kept_perturbed: float | None = None
-    """Share of success kept where parameters, delays and friction are off; None where nothing was won."""
+    """Share of success kept where parameters, delays and friction are off; None where the verdict is no success."""
     failed_checks: tuple[str, ...] = ()
     steps: int = 0
     most_steps: int = 0
@@ -111,7 +111,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("runs", nargs="*", type=Path, help="run folders")
     parser.add_argument("--steps", type=int, default=60_000, help="control steps a policy, at most")
-    parser.add_argument("--perturbed", action="store_true", help="judge winners in perturbed scenes as well")
+    parser.add_argument(
+        "--perturbed", action="store_true", help="judge successful policies in perturbed scenes as well"
+    )
     parser.add_argument("--write-only", action="store_true", help="write the table of what is there")
     parser.add_argument(
         "--floors", action="store_true", help="measure what untrained policies win, and do nothing else"
@@ -193,9 +195,7 @@ def row_of(run: Run, folder: DesignFolder, asked: Asked) -> Row:
     home = folder.path / "training" / f"best-{asked.steps}"
     found = find_scene(folder).for_learning("auto")
     training = train(found, home, steps=asked.steps, recipe=PROTOCOLS["best"], threads=1)
-    verdict = evaluate_training(home, threads=1, videos=False)
-    if asked.perturbed and verdict.success_share:
-        verdict = evaluate_training(home, threads=1, videos=False, perturbed=True)
+    verdict = evaluate_training(home, threads=1, videos=False, perturbed="successful" if asked.perturbed else False)
     return row.model_copy(
         update={
             "valid": verdict.valid,

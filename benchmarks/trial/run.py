@@ -9,7 +9,6 @@ scene's text and its version of the benchmark: one of another is made again. `re
 from __future__ import annotations
 
 import argparse
-import hashlib
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -22,9 +21,9 @@ from benchmarks.learning.compare import RESULTS as TRAININGS
 from benchmarks.learning.compare import Row as Trained
 from benchmarks.learning.compare import rows_of as trained_rows
 from benchmarks.learning.compare import success_of
-from benchmarks.learning.suite import Half, SuiteScene
+from benchmarks.learning.suite import Half
 from benchmarks.trial.earlier import try_as_before
-from benchmarks.trial.scenes import scenes
+from benchmarks.trial.scenes import TrialScene, scenes, trained_by_teams
 from pydantic import Field
 
 from aidsr.core.artifacts import Artifact
@@ -34,8 +33,7 @@ from aidsr.learn.rl.policy import one_torch_thread
 from aidsr.learn.rl.recipe import PROTOCOLS
 from aidsr.learn.rl.trained import FinishedTraining
 from aidsr.learn.rl.training import train
-from aidsr.sim.assembly import assemble
-from aidsr.tasks import BENCHMARK_VERSION, load_task
+from aidsr.tasks import BENCHMARK_VERSION
 from aidsr.tools.trial import try_scene
 
 RESULTS = Path(__file__).with_name("results.jsonl")
@@ -82,11 +80,11 @@ def main() -> None:
     asked = parser.parse_args()
     for scene in scenes(asked.half, asked.scenes):
         for kind in asked.kinds:
-            if kind == "training" and scene.name in taken_over():
+            loaded = scene.load()
+            if kind == "training" and (scene.name in taken_over() or loaded.fingerprint in trained_by_teams()):
                 continue
-            mjcf, sha256 = scene_text(scene)
-            if not any(is_of(row, scene, kind, sha256) for row in rows_of(asked.out)):
-                _note(asked.out, make(kind, scene, mjcf, sha256))
+            if not any(is_of(row, scene, kind, loaded.fingerprint) for row in rows_of(asked.out)):
+                _note(asked.out, make(kind, scene, loaded))
 
 
 def rows_of(path: Path) -> list[Row]:
@@ -109,7 +107,7 @@ def taken_over() -> dict[str, Trained]:
     }
 
 
-def is_of(row: Row, scene: SuiteScene, kind: str, sha256: str) -> bool:
+def is_of(row: Row, scene: TrialScene, kind: str, sha256: str) -> bool:
     """Whether a row is of this scene as it is today."""
     return (row.scene, row.kind, row.scene_sha256, row.benchmark_version) == (
         scene.name,
@@ -119,16 +117,8 @@ def is_of(row: Row, scene: SuiteScene, kind: str, sha256: str) -> bool:
     )
 
 
-def scene_text(asked: SuiteScene) -> tuple[str, str]:
-    """Return the MJCF of a scene, and its hash."""
-    task = load_task(asked.task)
-    mjcf = assemble(asked.robot, task.environment, asked.placement, task.sensors).mjcf
-    return mjcf, hashlib.sha256(mjcf.encode()).hexdigest()
-
-
-def make(kind: Kind, asked: SuiteScene, mjcf: str, sha256: str) -> Row:
+def make(kind: Kind, asked: TrialScene, scene: TaskScene) -> Row:
     """Return the row of one scene."""
-    scene = TaskScene.of(mjcf, load_task(asked.task), groups=asked.robot.actuator_groups)
     began = time.process_time()
     found = _MAKERS[kind](scene)
     return Row(
@@ -138,7 +128,7 @@ def make(kind: Kind, asked: SuiteScene, mjcf: str, sha256: str) -> Row:
         author=asked.author,
         kind=kind,
         processor_s=round(time.process_time() - began, 2),
-        scene_sha256=sha256,
+        scene_sha256=scene.fingerprint,
         commit=commit(),
         processor=processor(),
         **found,

@@ -1,40 +1,93 @@
 """The fixed scenes on which trials are compared with trainings, in two halves.
 
-All scenes of `benchmarks.learning`, of which half were written by a language model, and designs of the built-in team:
-the first design of seeds 0 and 1 for every task. Built-in designs are made once, and kept under build/. One half,
-`decide`, sets limits of the trial; figures are reported on the other.
+All scenes of `benchmarks.learning`, of which half were written by a language model; the designs of `benchmarks.teams`
+that the four roles made and that were trained there; and designs of the built-in team: the first of seeds 0 and 1 for
+every task. Built-in designs are made once, and kept under build/. One half, `decide`, sets limits of the trial; figures
+are reported on the other.
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from benchmarks.learning.suite import Half, SuiteScene, suite
+from benchmarks.teams.run import HOME as TEAMS
+from benchmarks.teams.run import RESULTS as TEAMS_TRAINED
+from benchmarks.teams.run import Row as TeamsRow
+from benchmarks.teams.run import read_rows
 
 import aidsr
+from aidsr.api import find_scene
+from aidsr.learn.episodes.scene import TaskScene
+from aidsr.runs import Run
 from aidsr.runs.files import replace_file
-from aidsr.tasks import TASKS
+from aidsr.runs.folders import DesignFolder
+from aidsr.tasks import BENCHMARK_VERSION, TASKS
 
 SEEDS = (0, 1)
 MADE = Path("build") / "trial-scenes"
+_WITHOUT_TRIAL = ("four-roles", "four-roles-before")
+"""Arms of `benchmarks.teams` whose designs were tried by nobody before they were trained."""
 
 
-def scenes(half: Half | None = None, names: Collection[str] | None = None) -> Iterator[SuiteScene]:
-    """Yield the scenes of one half, or all: those of the suite, then built-in ones, task by task.
+@dataclass(frozen=True)
+class TrialScene:
+    """A robot in the environment of a task."""
+
+    name: str
+    task: str
+    half: Half
+    author: str
+    load: Callable[[], TaskScene]
+
+
+def scenes(half: Half | None = None, names: Collection[str] | None = None) -> Iterator[TrialScene]:
+    """Yield the scenes of one half, or all: those of the suite, of `benchmarks.teams`, then built-in ones.
 
     Args:
         half: Both unless given.
         names: Only these.
     """
-    yield from (scene for scene in suite(half) if not names or scene.name in names)
+    for scene in suite(half):
+        if not names or scene.name in names:
+            yield _of(scene)
+    if half != "decide":
+        yield from (scene for scene in _designs_of_teams() if not names or scene.name in names)
     for seed in SEEDS:
         for task in TASKS:
             asked = half in (None, half_of(task, seed)) and (not names or name_of(task, seed) in names)
-            if asked and (scene := _builtin(task, seed)):
-                yield scene
+            if asked and (made := _builtin(task, seed)):
+                yield _of(made)
+
+
+def trained_by_teams() -> dict[str, TeamsRow]:
+    """Return the trainings of this version of the benchmark in `benchmarks.teams`, by the scene's fingerprint."""
+    rows = read_rows(TEAMS_TRAINED)
+    return {row.scene_sha256: row for row in rows if row.scene_sha256 and row.benchmark_version == BENCHMARK_VERSION}
+
+
+def _of(scene: SuiteScene) -> TrialScene:
+    return TrialScene(scene.name, scene.task, scene.half, scene.author, scene.scene)
+
+
+def _designs_of_teams() -> Iterator[TrialScene]:
+    """Yield the designs that were trained. None was looked at while the rule of the trial was made."""
+    trained = trained_by_teams()
+    for arm in _WITHOUT_TRIAL:
+        for path in sorted((TEAMS / "transcripts" / arm).iterdir()):
+            for design in Run(path).designs:
+                if design.final_scene.path.exists() and _load(design).fingerprint in trained:
+                    name = f"{arm}/{path.name}-{design.number}"
+                    yield TrialScene(name, Run(path).asked().task, "aside", "language model", partial(_load, design))
+
+
+def _load(design: DesignFolder) -> TaskScene:
+    return find_scene(design).for_learning("auto")
 
 
 def name_of(task: str, seed: int) -> str:

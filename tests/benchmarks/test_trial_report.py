@@ -54,7 +54,7 @@ def test_shares_and_ranking_are_of_the_half_they_stand_under() -> None:
         row("untrained", "earlier", 0.9),
     ]
     page = report.page_of(rows, {"good": (0.9, 0.95), "bad": (0.0, 0.3)})
-    assert "So far 2 of 40 scenes" in page
+    assert "2 scenes, at least 40 wanted" in page
     fails, succeeds, rank = (line for line in page.splitlines() if line.startswith(("| sent back", "| rank")))
     assert fails.split(" | ")[1:5] == ["none", "none", "0% of 1 (0% to 79%)", "100% of 1 (21% to 100%)"]
     assert succeeds.split(" | ")[3:5] == ["100% of 1 (21% to 100%)", "0% of 1 (0% to 79%)"]
