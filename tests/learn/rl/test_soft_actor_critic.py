@@ -1,5 +1,6 @@
 """Soft actor-critic: what the protocol `best` learns with, how it goes on after a kill, and what it costs."""
 
+import copy
 import json
 import zipfile
 from dataclasses import dataclass
@@ -10,6 +11,9 @@ import numpy as np
 import pytest
 
 pytest.importorskip("stable_baselines3", reason="needs the extra rl")
+
+import torch
+from stable_baselines3 import SAC
 
 from aidsr.core.errors import UserError
 from aidsr.learn.episodes.batch import Episodes
@@ -170,6 +174,33 @@ def test_a_killed_training_comes_to_its_end(tmp_path):
     assert (result.resumed, result.stopped) == (2, "budget")
     assert heard[0].steps > STEPS // 2
     assert not (tmp_path / "checkpoint").exists()
+
+
+def test_an_update_is_that_of_stable_baselines3(tmp_path, monkeypatch):
+    """From the same networks, memory and random numbers, after ten updates; values and actor differ by rounding."""
+    models = []
+    with monkeypatch.context() as untrained:
+        untrained.setattr(SoftActorCritic, "train", lambda model, **_: models.append(model))
+        trained(tmp_path)
+    model = models[-1]
+
+    def updated(train):
+        model.set_parameters(before, device="cpu")
+        with torch.no_grad():
+            model.log_ent_coef.fill_(-3.0)
+        model.ent_coef_optimizer.state.clear()
+        torch.manual_seed(1)
+        np.random.seed(1)  # noqa: NPY002 - what the memory draws by
+        train(model, 10, 32)
+        return {name: value.clone() for name, value in model.policy.state_dict().items()} | {
+            "weight": model.log_ent_coef.detach().clone()
+        }
+
+    before = copy.deepcopy(model.get_parameters())
+    ours, theirs = updated(SoftActorCritic.train), updated(SAC.train)
+    unchanged = before["policy"]
+    assert all(torch.allclose(ours[name], theirs[name], atol=2e-6) for name in theirs)
+    assert max(float((theirs[name] - unchanged[name]).abs().max()) for name in unchanged) > 5e-4
 
 
 def test_memory_that_is_full_begins_again_with_its_oldest(tmp_path, monkeypatch):

@@ -1,7 +1,9 @@
-"""Soft actor-critic of Stable-Baselines3, some of whose simulations show the policy without noise."""
+"""Soft actor-critic of Stable-Baselines3: updates in half the time, and simulations that show it without noise."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -9,13 +11,19 @@ import torch
 from numpy.typing import NDArray
 from stable_baselines3 import SAC
 from stable_baselines3.common.noise import ActionNoise
+from stable_baselines3.common.policies import ContinuousCritic
+from stable_baselines3.common.type_aliases import ReplayBufferSamples
 from stable_baselines3.common.vec_env import VecNormalize
+from stable_baselines3.sac.policies import Actor
+from torch.optim import Optimizer
 
 from aidsr.learn.rl.policy import network_options
 from aidsr.learn.rl.recipe import Recipe
 
 _MOST_TRANSITIONS = 100_000
 """That are kept to learn from: all of the default budget. Our choice; each takes some 600 bytes."""
+_EPSILON = 1e-6
+"""Keeps the logarithm of an action's likelihood finite at its limits. Source: Stable-Baselines3."""
 _KEPT = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
 """Arrays of a replay buffer, (n_steps, n_simulations, ...)."""
 
@@ -53,7 +61,7 @@ class SoftActorCritic(SAC):
             train_freq=1,
             gradient_steps=recipe.updates,
             ent_coef=f"auto_{recipe.entropy_weight}",
-            policy_kwargs=network_options(recipe),
+            policy_kwargs=network_options(recipe) | {"optimizer_kwargs": {"fused": True}},
             tensorboard_log=tensorboard,
             seed=seed,
             device="cpu",
@@ -70,6 +78,52 @@ class SoftActorCritic(SAC):
             shown, _ = self.predict(self._last_obs[: self.noiseless], deterministic=True)
             action[: self.noiseless] = stored[: self.noiseless] = shown
         return action, stored
+
+    def train(self, gradient_steps: int, batch_size: int = 64) -> None:
+        """Update the networks as Stable-Baselines3 does, to rounding, in about half the time.
+
+        For networks this small most of its time goes into classes of distributions, gradients that nobody uses (of the
+        values, for the actor's loss), and updates of one parameter after the other.
+        """
+        self.policy.set_training_mode(True)
+        assert self.ent_coef_optimizer is not None  # the weight of the entropy is learned
+        self._update_learning_rate([self.actor.optimizer, self.critic.optimizer, self.ent_coef_optimizer])
+        assert self.replay_buffer is not None
+        losses = [
+            self._update(self.replay_buffer.sample(batch_size, env=self._vec_normalize_env))
+            for _ in range(gradient_steps)
+        ]
+        self._n_updates += gradient_steps
+        self.logger.record("train/n_updates", self._n_updates, exclude="tensorboard")
+        for name, value in zip(("critic_loss", "actor_loss", "ent_coef"), np.mean(losses, axis=0), strict=True):
+            self.logger.record(f"train/{name}", float(value))
+
+    def _update(self, drawn: ReplayBufferSamples) -> tuple[float, float, float]:
+        """Take one step of values, actor and entropy; return the losses and the weight of the entropy.
+
+        Source: Haarnoja et al. 2018, "Soft Actor-Critic Algorithms and Applications", algorithm 1.
+        """
+        log_weight, target = self.log_ent_coef, self.critic_target
+        assert log_weight is not None
+        assert isinstance(self.target_entropy, float)
+        actor_parameters, parameters = tuple(self.actor.parameters()), tuple(self.critic.parameters())
+        action, log_likelihood = _sampled(self.actor, drawn.observations)
+        weight = log_weight.detach().exp()
+        _step(self.ent_coef_optimizer, [log_weight], [-(log_likelihood.detach() + self.target_entropy).mean()[None]])
+
+        with torch.no_grad():
+            next_action, next_log_likelihood = _sampled(self.actor, drawn.next_observations)
+            value = _least(target, drawn.next_observations, next_action) - weight * next_log_likelihood
+            wanted = drawn.rewards + (1 - drawn.dones) * self.gamma * value
+        values = self.critic(drawn.observations, drawn.actions)
+        critic_loss = 0.5 * sum((torch.nn.functional.mse_loss(each, wanted) for each in values), torch.zeros(()))
+        _step(self.critic.optimizer, parameters, torch.autograd.grad(critic_loss, parameters))
+
+        actor_loss = (weight * log_likelihood - _least(self.critic, drawn.observations, action)).mean()
+        _step(self.actor.optimizer, actor_parameters, torch.autograd.grad(actor_loss, actor_parameters))
+        with torch.no_grad():
+            torch._foreach_lerp_(tuple(target.parameters()), parameters, self.tau)
+        return critic_loss.item(), actor_loss.item(), weight.item()
 
     def save_memory(self, folder: Path) -> None:
         """Write what `load_memory` reads: all transitions that were seen, and the weight of the entropy."""
@@ -95,3 +149,25 @@ class SoftActorCritic(SAC):
         buffer.pos, buffer.full = int(read["position"]), rows == buffer.buffer_size
         with torch.no_grad():
             log_weight.copy_(torch.as_tensor(read["log_entropy_weight"]))
+
+
+def _sampled(actor: Actor, observations: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+    """Return an action for each observation, (n, n_actions), and the logarithm of its likelihood, (n, 1)."""
+    mean, log_std, _ = actor.get_action_dist_params(observations)
+    noise = torch.normal(torch.zeros_like(mean), torch.ones_like(mean))
+    action = torch.tanh(mean + log_std.exp() * noise)
+    normal = -0.5 * noise**2 - log_std - 0.5 * math.log(2 * math.pi)
+    return action, (normal - torch.log(1 - action**2 + _EPSILON)).sum(dim=1, keepdim=True)
+
+
+def _least(critic: ContinuousCritic, observations: torch.Tensor, actions: torch.Tensor) -> torch.Tensor:
+    """Return the smaller of both values of each action, (n, 1)."""
+    first, second = critic(observations, actions)
+    return torch.minimum(first, second)
+
+
+def _step(optimizer: Optimizer | None, parameters: Sequence[torch.Tensor], gradients: Sequence[torch.Tensor]) -> None:
+    assert optimizer is not None
+    for parameter, gradient in zip(parameters, gradients, strict=True):
+        parameter.grad = gradient
+    optimizer.step()
