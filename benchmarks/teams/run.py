@@ -22,11 +22,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
+from typing import Literal
 
 from benchmarks.tasks.floors import CONSTANTS, measure
 
+from aidsr import validate
 from aidsr.api import find_scene
 from aidsr.core.artifacts import Artifact, Evaluation
+from aidsr.core.config import Method
 from aidsr.core.provenance import commit
 from aidsr.core.rates import Rate
 from aidsr.learn.rl.recipe import PROTOCOLS
@@ -49,6 +52,8 @@ FIRST_EPISODES = 20
 episode would lose all of these once in a million times."""
 PAPER_TOKENS_A_SUCCESS = 151_000 / 0.267
 """Tokens for each successful design. Source: the AID-SR paper, 151,000 tokens a design, 26.7 % successful."""
+UNVALIDATED: tuple[Method, ...] = ("direct", "no_validation", "no_feedback")
+"""Methods that approve every robot as it was written; the validator is asked here."""
 _KEPT = ("run.json", "brief.json", "environment.xml", "concepts.json")
 """Of a run, beside its recorded calls."""
 _FINAL = ("final.xml", "final_robot.xml", "outcome.json")
@@ -196,6 +201,8 @@ def row_of(run: Run, folder: DesignFolder, asked: Asked) -> Row:
     )
     if row.outcome != "approved":
         return row
+    if run.asked().config.method in UNVALIDATED and not _stable(run, folder):
+        return row.model_copy(update={"outcome": "not stable", "first_stable": False})
     home = folder.path / "training" / f"best-{asked.steps}"
     found = find_scene(folder).for_learning("auto")
     training = train(found, home, steps=asked.steps, recipe=PROTOCOLS["best"], threads=1)
@@ -217,6 +224,17 @@ def row_of(run: Run, folder: DesignFolder, asked: Asked) -> Row:
             "scene_sha256": verdict.scene_sha256,
         }
     )
+
+
+def _stable(run: Run, folder: DesignFolder) -> bool:
+    """Whether a robot that was taken as it was written is sound and in scope, alone and in its scene."""
+    brief, iteration = run.brief(), folder.iterations[-1]
+    robot, scene = iteration.robot.read(), iteration.scene.read()
+    if robot is None or scene is None:
+        return False
+    mount: Literal["free", "fixed"] = "free" if brief.base == "free" else "fixed"
+    alone = validate(robot, mount=mount, needs_contact=brief.needs_contact, environment=brief.environment)
+    return alone.stable and validate(scene, needs_contact=brief.needs_contact).stable
 
 
 def _kept(verdict: Evaluation) -> float | None:
