@@ -7,10 +7,10 @@
 The folder that holds a run names its arm.
 
 One row a design goes to results.jsonl and the table made of them to results.md. A policy is judged in 100 held-out
-episodes, or in 20 where it wins none of these. A design that was not approved has a row too. The same command goes on
-with what is left; `--write-only` makes the table alone, `--publish` copies what makes the robots again (`aidsr design
---model replay:RUN`) to transcripts/. `--floors` plays policies that nobody trained on the scenes of the successful
-designs, of runs or of transcripts, and keeps what they win in floors.jsonl.
+episodes, or in 20 where it wins fewer than 3 of these. A design that was not approved has a row too. The same command
+goes on with what is left; `--write-only` makes the table alone, `--publish` copies what makes the robots again (`aidsr
+design --model replay:RUN`) to transcripts/. `--floors` plays policies that nobody trained on the scenes of the
+successful designs, of runs or of transcripts, and keeps what they win in floors.jsonl.
 """
 
 from __future__ import annotations
@@ -48,8 +48,9 @@ UNTRAINED = ("idle", "constant", "random 25 Hz", "random 0.5 s")
 """Policies of `benchmarks.tasks.floors` that nobody trained."""
 FLOOR_EPISODES = 20
 FIRST_EPISODES = 20
-"""Of the held-out ones, played first. A policy that wins none of them plays no others: one that wins every second
-episode would lose all of these once in a million times."""
+"""Of the held-out ones, played first, by successful policies in perturbed scenes as well."""
+FEWEST_WON = 3
+"""Of these, for the others to be played: who wins every second episode wins fewer once in five thousand times."""
 PAPER_TOKENS_A_SUCCESS = 151_000 / 0.267
 """Tokens for each successful design. Source: the AID-SR paper, 151,000 tokens a design, 26.7 % successful."""
 UNVALIDATED: tuple[Method, ...] = ("direct", "no_validation", "no_feedback")
@@ -86,7 +87,8 @@ class Row(Artifact):
     """Mean of the furthest that each held-out episode came."""
     episodes: int = 0
     kept_perturbed: float | None = None
-    """Share of success kept where parameters, delays and friction are off; None where the verdict is no success."""
+    """Share of success kept where parameters, delays and friction are off, in 100 or the first 20 of the episodes; None
+    where the verdict is no success."""
     failed_checks: tuple[str, ...] = ()
     steps: int = 0
     most_steps: int = 0
@@ -206,9 +208,10 @@ def row_of(run: Run, folder: DesignFolder, asked: Asked) -> Row:
     home = folder.path / "training" / f"best-{asked.steps}"
     found = find_scene(folder).for_learning("auto")
     training = train(found, home, steps=asked.steps, recipe=PROTOCOLS["best"], threads=1)
-    verdict = evaluate_training(home, episodes=FIRST_EPISODES, threads=1, videos=False)
-    if verdict.success_share:
-        verdict = evaluate_training(home, threads=1, videos=False, perturbed="successful" if asked.perturbed else False)
+    perturbed: Literal["successful", False] = "successful" if asked.perturbed else False
+    verdict = first = evaluate_training(home, episodes=FIRST_EPISODES, threads=1, videos=False, perturbed=perturbed)
+    if sum(episode.ended == "succeeded" for episode in first.episodes) >= FEWEST_WON:
+        verdict = evaluate_training(home, threads=1, videos=False)
     return row.model_copy(
         update={
             "valid": verdict.valid,
@@ -216,7 +219,7 @@ def row_of(run: Run, folder: DesignFolder, asked: Asked) -> Row:
             "success_share": verdict.success_share,
             "progress": round(fmean(episode.best_progress for episode in verdict.episodes), 3),
             "episodes": len(verdict.episodes),
-            "kept_perturbed": _kept(verdict),
+            "kept_perturbed": _kept(first) if verdict.successful else None,
             "failed_checks": tuple(check.name for check in verdict.checks if not check.passed),
             "steps": training.steps,
             "training_s": round(training.wall_s, 1),
@@ -252,8 +255,8 @@ def table(rows: Sequence[Row], floors: Sequence[Floor] = ()) -> str:
         f"Made by `python -m benchmarks.teams.run build/teams/*/*`; see README.md for who answered and what was seen. "
         f"Trained by protocol `best` for at most {' or '.join(f'{each:,}' for each in steps)} control steps (the "
         f"benchmark's budget is 300,000), one seed, judged by version {BENCHMARK_VERSION} of the benchmark on 100 "
-        f"held-out episodes, or {FIRST_EPISODES} where none of these is won. *Successful*: valid, and at least half of "
-        "them won. Tokens are visible ones, by bytes / 3. "
+        f"held-out episodes, or {FIRST_EPISODES} where fewer than {FEWEST_WON} of these are won. *Successful*: valid, and "
+        "at least half of them won. Tokens are visible ones, by bytes / 3. "
         f"Intervals: Wilson, 95 %. *Floor*: the most that idling, the best of {CONSTANTS} constant actions or random "
         f"actions win in the scene of a successful design, of {FLOOR_EPISODES} held-out episodes (`--floors`). "
         "*Perturbed, kept*: the share of success left in perturbed scenes (`--perturbed`). Empty: not measured.",
