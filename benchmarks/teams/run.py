@@ -255,7 +255,7 @@ def table(rows: Sequence[Row], floors: Sequence[Floor] = ()) -> str:
         f"Made by `python -m benchmarks.teams.run build/teams/*/*`; see README.md for who answered and what was seen. "
         f"Trained by protocol `best` for at most {' or '.join(f'{each:,}' for each in steps)} control steps (the "
         f"benchmark's budget is 300,000), one seed, judged by version {BENCHMARK_VERSION} of the benchmark on 100 "
-        f"held-out episodes, or {FIRST_EPISODES} where fewer than {FEWEST_WON} of these are won. *Successful*: valid, and "
+        f"held-out episodes, or {FIRST_EPISODES} where fewer than {FEWEST_WON} are won. *Successful*: valid, and "
         "at least half of them won. Tokens are visible ones, by bytes / 3. "
         f"Intervals: Wilson, 95 %. *Floor*: the most that idling, the best of {CONSTANTS} constant actions or random "
         f"actions win in the scene of a successful design, of {FLOOR_EPISODES} held-out episodes (`--floors`). "
