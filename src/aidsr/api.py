@@ -150,6 +150,7 @@ def train(
     from_probe: bool = False,
     smoothing: float = 0.0,
     randomize: bool = False,
+    stop_hopeless: bool = False,
     threads: int = 0,
     tensorboard: bool = False,
     again: bool = False,
@@ -179,6 +180,7 @@ def train(
         smoothing: Share of the previous action that is kept in the next, 0 to below 1.
         randomize: Let each training episode differ from the model as a real robot may: parameters, delay, friction of
             cables.
+        stop_hopeless: End a training in which no episode has succeeded after 60 % of its steps; with protocol "best".
         threads: Native threads for physics; 0 takes all processors. Results do not depend on it.
         tensorboard: Also write logs for TensorBoard.
         again: Train from scratch, into the next folder, even if earlier calls left a finished or stopped training.
@@ -198,7 +200,9 @@ def train(
     require_extra("rl", "training")
     from aidsr.learn.rl.recipe import recipe_of
 
-    recipe = recipe_of(protocol, from_probe=from_probe, smoothing=smoothing, randomize=randomize)
+    recipe = recipe_of(
+        protocol, from_probe=from_probe, smoothing=smoothing, randomize=randomize, stop_hopeless=stop_hopeless
+    )
     if minutes is not None:
         check_type(minutes, (int, float), "minutes must be a number")
         if not minutes > 0:

@@ -26,6 +26,7 @@ _STOPPED = {
     "budget": "all steps were used",
     "saturated": "its policy succeeded nearly always",
     "time": "its time was over",
+    "hopeless": "it was hopeless: no episode had succeeded by then",
 }
 
 

@@ -16,6 +16,7 @@ from aidsr.core.errors import ModelError
 from aidsr.core.formatting import format_cost, format_duration, format_time_left
 from aidsr.learn.rl.callbacks import CurvePoint
 from aidsr.learn.rl.evaluation import EvaluationPoint
+from aidsr.learn.rl.recipe import PROTOCOLS, recipe_of
 from aidsr.loop.human import DecisionFile
 from aidsr.loop.runner import run_designs
 from aidsr.runs import read_status
@@ -38,12 +39,31 @@ def test_a_training_shows_success_and_the_time_left_in_a_terminal_and_in_a_file(
         steps=1000, wall_s=20.0, episodes=40, success_share=0.25, progress=0.5, reward=1.0, diverged=0, steps_per_s=50.0
     )
     for console in (terminal(120), Console(file=io.StringIO(), width=120)):
-        with TrainingBar(console, "seed 0", 10_000) as bar:
+        with TrainingBar(console, "seed 0", 10_000, PROTOCOLS["best"]) as bar:
             bar.listen(point)
         told = console.file.getvalue()
         assert "1000 steps" in told
         assert "success 25%" in told
         assert "3 min 0 s left at most" in told
+
+
+@pytest.mark.parametrize(
+    ("recipe", "won", "told"),
+    [
+        (PROTOCOLS["best"], 0, True),
+        (PROTOCOLS["best"], 1, False),
+        (PROTOCOLS["paper"], 0, False),
+        (recipe_of("best", stop_hopeless=True), 0, False),
+    ],
+)
+def test_a_training_without_a_success_after_most_of_its_steps_says_so_once(recipe, won, told) -> None:
+    console = Console(file=io.StringIO(), width=120)
+    with TrainingBar(console, "seed 0", 10_000, recipe) as bar:
+        for steps in (5_900, 6_000, 9_000):
+            bar.listen(CurvePoint(steps, 20.0, 40, 0.0, 0.5, 1.0, 0, 50.0, won))
+        if told:
+            assert "no episode has succeeded" in console.file.getvalue()
+    assert console.file.getvalue().count("no episode has succeeded") == int(told)
 
 
 def test_an_evaluation_shows_how_far_it_has_come() -> None:

@@ -19,6 +19,7 @@ from aidsr.core.errors import UserError
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.rl import training
+from aidsr.learn.rl.callbacks import History
 from aidsr.learn.rl.policy import TrainedPolicy, without_critics
 from aidsr.learn.rl.recipe import PROTOCOLS, Recipe, recipe_of
 from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
@@ -244,6 +245,29 @@ def test_a_test_for_saturation_is_paid_from_the_budget(tmp_path):
     assert result.steps - played > 0.8 * len(tests) * 20 * 24
 
 
+def winning(count, episodes):
+    """Return the counting of a training in which only so many episodes without noise succeed."""
+
+    def counted(history, info, *, tells=True):
+        count(history, {**info, "is_success": tells and history.won < episodes}, tells=tells)
+
+    return counted
+
+
+@pytest.mark.parametrize("stops", [True, False])
+def test_a_hopeless_training_ends_where_that_is_asked_for(tmp_path, monkeypatch, stops):
+    monkeypatch.setattr(History, "count", winning(History.count, 0))
+    result = trained(tmp_path, recipe=SMALL.model_copy(update={"stop_hopeless": stops}))
+    assert result.stopped == ("hopeless" if stops else "budget")
+    assert (result.steps < 0.7 * STEPS) is stops
+    assert result.steps >= 0.6 * STEPS
+
+
+def test_a_training_that_has_won_is_not_hopeless(tmp_path, monkeypatch):
+    monkeypatch.setattr(History, "count", winning(History.count, 1))
+    assert trained(tmp_path, recipe=SMALL.model_copy(update={"stop_hopeless": True})).stopped == "budget"
+
+
 def test_a_saturated_training_ends_before_its_budget(tmp_path):
     @dataclass(frozen=True)
     class Given(TwoSided):
@@ -297,6 +321,8 @@ def test_a_policy_is_judged_with_actions_held_as_it_learned_them(tmp_path):
 def test_a_protocol_is_a_recipe_and_options_are_added_to_it():
     assert recipe_of("paper") == PROTOCOLS["paper"] == Recipe()
     assert recipe_of("best", smoothing=0.7) == PROTOCOLS["best"].model_copy(update={"smoothing": 0.7})
+    with pytest.raises(UserError, match="stop_hopeless needs protocol"):
+        recipe_of("paper", stop_hopeless=True)
     with pytest.raises(UserError, match="from_probe needs protocol"):
         recipe_of("best", from_probe=True)
     with pytest.raises(UserError, match='no protocol "fast"'):

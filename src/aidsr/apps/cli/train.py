@@ -28,6 +28,7 @@ def train(
     from_probe: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     smoothing: Annotated[float, Parameter(validator=Number(gte=0, lt=1))] = 0.0,
     randomize: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    stop_hopeless: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     threads: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     tensorboard: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     evaluate: bool = True,
@@ -79,6 +80,8 @@ def train(
     randomize
         Let each training episode differ from the model as a real robot may: parameters off by up to 20 %, actions
         40 ms late in half of the episodes, cables that rub at their guides.
+    stop_hopeless
+        End a training in which no episode has succeeded after 60 % of its steps. With protocol "best".
     threads
         Native threads for physics; 0 takes all processors. Results do not depend on it.
     tensorboard
@@ -99,7 +102,9 @@ def train(
     from aidsr.core.errors import about
     from aidsr.learn.rl.recipe import recipe_of
 
-    recipe = recipe_of(protocol, from_probe=from_probe, smoothing=smoothing, randomize=randomize)
+    recipe = recipe_of(
+        protocol, from_probe=from_probe, smoothing=smoothing, randomize=randomize, stop_hopeless=stop_hopeless
+    )
     found = find_scene(scene, task or "", level=level, goal=goal or "")
     console = make_console()
     trainer = Trainer(

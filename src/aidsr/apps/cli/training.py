@@ -68,7 +68,7 @@ class Trainer:
         from aidsr.api import train_policy
 
         finished_before = set(home.glob("*/training.json"))
-        with TrainingBar(self.console, f"seed {seed}", self.steps) as bar:
+        with TrainingBar(self.console, f"seed {seed}", self.steps, self.recipe) as bar:
             training = train_policy(
                 scene,
                 home,
@@ -135,11 +135,15 @@ def train_designs(run: Run, *, steps: int, seeds: int) -> int:
     return 0 if successful else 1
 
 
+_NO_SUCCESS_YET = "no episode has succeeded so far; such a training seldom comes to anything (--stop-hopeless ends it)"
+
+
 class TrainingBar:
     """A progress bar of a training, or a line now and then where there is no terminal."""
 
-    def __init__(self, console: Console, title: str, steps: int) -> None:
-        self._console, self._title, self._steps = console, title, steps
+    def __init__(self, console: Console, title: str, steps: int, recipe: Recipe) -> None:
+        self._console, self._title, self._steps, self._recipe = console, title, steps, recipe
+        self._told_hopeless = recipe.stop_hopeless  # then its end tells
         columns = (
             TextColumn("{task.description}"),
             BarColumn(),
@@ -162,6 +166,7 @@ class TrainingBar:
 
     def listen(self, point: CurvePoint) -> None:
         """Show a point of the learning curve."""
+        self._say_if_hopeless(point)
         success = f"{point.success_share:.0%}" if point.episodes else "–"
         left = format_time_left(self._steps - point.steps, point.steps_per_s)
         self._progress.update(self._bar, completed=point.steps, speed=point.steps_per_s, success=success, left=left)
@@ -169,6 +174,16 @@ class TrainingBar:
             self._next_line = point.steps + self._steps // 10
             line = f"{self._title}: {point.steps} steps, {point.steps_per_s:.0f}/s, success {success}, {left}"
             self._console.print(escape(line), soft_wrap=True)
+
+    def _say_if_hopeless(self, point: CurvePoint) -> None:
+        """Say once that nothing was won by now; where that ends a training, its end says so."""
+        from aidsr.learn.rl.recipe import is_hopeless
+
+        algorithm, has_won = self._recipe.algorithm, point.won > 0
+        hopeless = is_hopeless(algorithm, has_won=has_won, steps=point.steps, budget=self._steps)
+        if hopeless and not self._told_hopeless:
+            self._told_hopeless = True
+            self._console.print(f"{self._title}: {_NO_SUCCESS_YET}", soft_wrap=True)
 
 
 @contextmanager

@@ -20,6 +20,7 @@ from aidsr.core.artifacts import EpisodeResult, Evaluation, PerturbedEpisodes
 from aidsr.core.ends import ends_in_words
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import format_check, format_duration, format_time_left
+from aidsr.learn.rl.recipe import is_hopeless
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.trainings import CurveRow, Inspection, Training, read_curve, trainings_of
 from aidsr.tasks import task_names
@@ -45,6 +46,8 @@ class _Learning:
     state: str
     """Of a training without a verdict: running, evaluating, stopped, or not judged."""
     verdict: Evaluation | None
+    is_hopeless: bool
+    """Whether it is learning, and will hardly succeed any more."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +111,12 @@ def _learning(site: Site, run: Run, design: DesignFolder, training: Training) ->
         state = "running" if working else "stopped"
     else:
         state = "evaluating" if working else "not judged"
-    return _Learning(int(config.get("steps", 0)), int(config.get("seed", 0)), read_curve(training), state, verdict)
+    steps, curve = int(config.get("steps", 0)), read_curve(training)
+    recipe, has_won = config.get("recipe"), any(row.success_share for row in curve)
+    algorithm = str(recipe.get("algorithm")) if isinstance(recipe, dict) else ""
+    done = curve[-1].steps if curve else 0
+    hopeless = state == "running" and is_hopeless(algorithm, has_won=has_won, steps=done, budget=steps)
+    return _Learning(steps, int(config.get("seed", 0)), curve, state, verdict, hopeless)
 
 
 def _at_work(site: Site, name: str, training: Training) -> bool:
@@ -212,6 +220,8 @@ def _draw_learning(training: Training, shown: _Learning) -> None:
             if shown.state == "running" and last:
                 fact("time", format_time_left(shown.steps - last.steps, last.steps_per_s))
             fact("seed", str(shown.seed))
+        if shown.is_hopeless:
+            text("No episode has succeeded so far. Such a training seldom comes to anything: look at the body.", "wait")
         ui.html(curve_svg(shown.curve, shown.steps), sanitize=False).classes("full")
         with box("row small"):
             text("━ success", "accent")

@@ -13,7 +13,7 @@ import numpy as np
 from stable_baselines3.common.callbacks import BaseCallback
 
 from aidsr.learn.rl.curve_point import CurvePoint
-from aidsr.learn.rl.recipe import Recipe
+from aidsr.learn.rl.recipe import Recipe, is_hopeless
 from aidsr.learn.rl.training_folder import TrainingFolder
 
 _RECENT, _RECENT_NOISELESS = 100, 20
@@ -39,6 +39,8 @@ class History:
     wall_s: float = 0.0
     episodes: int = 0
     diverged: int = 0
+    won: int = 0
+    """Episodes that succeeded, of those that tell how far the policy has come."""
     resumed: int = 0
     """Processes after the first; one that was killed before its first checkpoint left nothing and does not count."""
     recent: deque[tuple[float, float, float]] = field(default_factory=lambda: deque(maxlen=_RECENT))
@@ -61,6 +63,7 @@ class History:
         self.episodes += 1
         self.diverged += info["diverged"]
         if tells:
+            self.won += bool(info["is_success"])
             self.recent.append((float(info["is_success"]), info["progress"], info["episode"]["r"]))
 
     @property
@@ -73,7 +76,7 @@ class History:
         means = np.mean(self.recent, axis=0) if self.recent else np.full(3, np.nan)
         success, progress, reward = (round(float(mean), 4) for mean in means)
         wall_s, speed = round(self.wall_s, 2), round(steps_per_s, 1)
-        return CurvePoint(self.steps, wall_s, self.episodes, success, progress, reward, self.diverged, speed)
+        return CurvePoint(self.steps, wall_s, self.episodes, success, progress, reward, self.diverged, speed, self.won)
 
     def to_json(self) -> dict[str, Any]:
         """Return everything as plain values."""
@@ -127,8 +130,8 @@ class TrainingCallback(BaseCallback):
         most_s: float = np.inf,
     ) -> None:
         super().__init__()
-        self.history, self.is_saturated, self.is_late = history, False, False
-        self._most_s, self._hold_steps = most_s, recipe.hold_steps
+        self.history, self.is_saturated, self.is_late, self.is_hopeless = history, False, False, False
+        self._most_s, self._hold_steps, self._recipe = most_s, recipe.hold_steps, recipe
         is_ppo = recipe.algorithm == "ppo"
         self._telling = recipe.simulations if is_ppo else recipe.noiseless_simulations
         self._test_every = steps // (_POINTS if is_ppo else _NOISELESS_TESTS)
@@ -145,6 +148,10 @@ class TrainingCallback(BaseCallback):
         """Control steps, of which Stable-Baselines3 counts those with a new action."""
         return self.num_timesteps * self._hold_steps
 
+    @property
+    def _stops(self) -> bool:
+        return self.is_saturated or self.is_late or self.is_hopeless
+
     def _on_training_start(self) -> None:
         self._begin()
         self._cut_curve()
@@ -156,6 +163,9 @@ class TrainingCallback(BaseCallback):
             return  # no update yet
         self._count(self._steps)
         self.is_late = self.history.wall_s >= self._most_s
+        if self._recipe.stop_hopeless:
+            has_won, steps = self.history.won > 0, self.history.steps
+            self.is_hopeless = is_hopeless(self._recipe.algorithm, has_won=has_won, steps=steps, budget=self._budget)
         recent = self.history.recent
         is_full = len(recent) == recent.maxlen
         if is_full and self.history.success_share >= max(self.history.best_share, 0.01):
@@ -175,7 +185,7 @@ class TrainingCallback(BaseCallback):
             self._next_test = self.history.steps + paid + max(self._test_every, _TEST_SPACING * paid)
 
     def _on_step(self) -> bool:
-        if self.is_saturated or self.is_late:
+        if self._stops:
             return False  # learning can stop only after a step, from which nothing is learned; so it does not count
         for index, info in enumerate(self.locals["infos"]):
             if "episode" in info:
@@ -183,8 +193,7 @@ class TrainingCallback(BaseCallback):
         return True
 
     def _on_training_end(self) -> None:
-        stopped = self.is_saturated or self.is_late
-        self._count(self.history.steps if stopped else self._steps)
+        self._count(self.history.steps if self._stops else self._steps)
         if self._last_point[0] != self.history.steps:
             self._write_point()
 

@@ -25,3 +25,5 @@ class CurvePoint:
     """Episodes in which the simulation diverged, so far."""
     steps_per_s: float
     """Since the point before."""
+    won: int = 0
+    """Episodes that succeeded so far, of SAC those without noise."""

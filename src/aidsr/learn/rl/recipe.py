@@ -14,6 +14,10 @@ from aidsr.core.errors import UserError
 
 Share = Annotated[float, Field(ge=0, le=1)]
 
+HOPELESS_AFTER = 0.6
+"""Part of the budget without a single success of the policy without noise, after which a training of SAC is hopeless.
+Our choice, measured in benchmarks/learning."""
+
 
 class Recipe(Artifact):
     """PPO (Schulman et al. 2017) or SAC (Haarnoja et al. 2018) of Stable-Baselines3 on batched simulations.
@@ -78,6 +82,8 @@ class Recipe(Artifact):
     noiseless_simulations: Annotated[int, Field(ge=1)] = 8
     """Simulations in which the policy acts without noise. Their episodes tell how far it has come, and it learns from
     them as from the others."""
+    stop_hopeless: bool = False
+    """Whether a training ends where it is hopeless, see `is_hopeless`."""
 
     @model_validator(mode="before")
     @classmethod
@@ -93,6 +99,8 @@ class Recipe(Artifact):
     def _fits(self) -> Self:
         if self.algorithm == "sac" and self.noiseless_simulations >= self.simulations:
             raise ValueError("no simulation is left to explore in; let fewer be without noise")
+        if self.algorithm == "ppo" and self.stop_hopeless:
+            raise ValueError("when a training of PPO is hopeless was not measured; use SAC")
         if self.algorithm == "sac" and self.from_probe:
             raise ValueError("a policy of SAC imitates no probe; use PPO")
         return self
@@ -100,6 +108,18 @@ class Recipe(Artifact):
     def learning_rate_when(self, left: float) -> float:
         """Return the learning rate when a share of the budget is left; a last rollout goes beyond it, to below 0."""
         return self.final_learning_rate + (self.learning_rate - self.final_learning_rate) * max(left, 0.0)
+
+
+def is_hopeless(algorithm: str, *, has_won: bool, steps: int, budget: int) -> bool:
+    """Return whether a training will hardly succeed any more.
+
+    Args:
+        algorithm: Of its recipe. With PPO, nothing is hopeless: the rule was not measured there.
+        has_won: Whether an episode without noise has succeeded.
+        steps: Control steps so far.
+        budget: Of control steps.
+    """
+    return algorithm == "sac" and not has_won and steps >= HOPELESS_AFTER * budget
 
 
 PROTOCOLS: Mapping[Protocol, Recipe] = MappingProxyType(
@@ -118,7 +138,12 @@ PROTOCOLS: Mapping[Protocol, Recipe] = MappingProxyType(
 
 
 def recipe_of(
-    protocol: Protocol, *, from_probe: bool = False, smoothing: float = 0.0, randomize: bool = False
+    protocol: Protocol,
+    *,
+    from_probe: bool = False,
+    smoothing: float = 0.0,
+    randomize: bool = False,
+    stop_hopeless: bool = False,
 ) -> Recipe:
     """Return the recipe of a protocol with the options of a user.
 
@@ -129,5 +154,12 @@ def recipe_of(
         raise UserError(f'no protocol "{protocol}"; use {" or ".join(PROTOCOLS)}')
     if from_probe and protocol != "paper":
         raise UserError('from_probe needs protocol "paper" (--protocol paper)')
-    options = {"from_probe": from_probe, "smoothing": smoothing, "randomize": randomize}
+    if stop_hopeless and protocol != "best":
+        raise UserError('stop_hopeless needs protocol "best", with which the rule was measured (--protocol best)')
+    options = {
+        "from_probe": from_probe,
+        "smoothing": smoothing,
+        "randomize": randomize,
+        "stop_hopeless": stop_hopeless,
+    }
     return PROTOCOLS[protocol].model_copy(update=options)

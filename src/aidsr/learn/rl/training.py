@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.behavior_cloning import clone_probe_motion
 from aidsr.learn.rl.policy import Normalisation, TrainedPolicy, network_options, one_torch_thread
 from aidsr.learn.rl.recipe import Recipe
-from aidsr.learn.rl.training_folder import FolderInUseError, TrainingConfig, TrainingFolder, TrainingResult
+from aidsr.learn.rl.training_folder import FolderInUseError, Stopped, TrainingConfig, TrainingFolder, TrainingResult
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import BENCHMARK_VERSION, GoalTask, Variation
 from aidsr.tasks.goals import GOAL_VERSION
@@ -289,6 +289,8 @@ class _Training:
             raise
         if callback.is_saturated:
             return self._finish("saturated")
+        if callback.is_hopeless:
+            return self._finish("hopeless")
         if self._best is not None and self.history.success_share <= self.history.best_share - _FALL:
             self.home.log_event("restored", success_share=self.history.success_share, best=self.history.best_share)
             self._best.restore(self.model.policy, self.normalised)
@@ -332,7 +334,7 @@ class _Training:
         if self._best is not None:
             self._best.save(folder / "best")
 
-    def _finish(self, stopped: Literal["budget", "saturated", "time"]) -> TrainingResult:
+    def _finish(self, stopped: Stopped) -> TrainingResult:
         history = self.history
         result = TrainingResult(
             steps=history.steps,

@@ -25,6 +25,9 @@ from aidsr.tasks.goals import AnyGoal
 
 Written = TypeVar("Written", bound=Artifact)
 
+Stopped = Literal["budget", "saturated", "time", "hopeless"]
+"""Why a training ended."""
+
 
 class FolderInUseError(UserError):
     """A folder holds another training, or another process trains, judges or films in it."""
@@ -62,7 +65,7 @@ class TrainingResult(Artifact):
     """Episodes in which the simulation diverged."""
     success_share: float | None
     """Of the last 100 episodes, with the noise of learning, or of SAC's last 20 without it; None without any."""
-    stopped: Literal["budget", "saturated", "time"]
+    stopped: Stopped
     resumed: int = 0
     """How often it resumed from a checkpoint, with other episodes than it would have sampled in one process."""
 

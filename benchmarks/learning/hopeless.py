@@ -1,0 +1,94 @@
+"""Is a training hopeless in which no episode without noise has succeeded after most of its steps?
+
+    python -m benchmarks.learning.hopeless build/teams/four-roles/*/designs/*/training/best-60000
+
+Keeps of each judged training of protocol `best`, in hopeless.jsonl, when it first won and what its policy is worth;
+then counts how often the rule `--stop-hopeless` would have ended one that succeeds. Without folders it only counts.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from benchmarks.learning.compare import RESULTS as SUITE
+from benchmarks.learning.compare import rows_of
+
+from aidsr.core.artifacts import Artifact
+from aidsr.core.rates import Rate
+from aidsr.learn.rl.recipe import HOPELESS_AFTER
+from aidsr.runs.trainings import Training, read_curve
+
+RESULTS = Path(__file__).with_name("hopeless.jsonl")
+_SUCCESSFUL = 0.5
+
+
+class Ended(Artifact):
+    """How one training went."""
+
+    scene_sha256: str
+    task: str
+    steps: int
+    """Budget of control steps."""
+    first_won: int | None
+    """Steps at the first point of its curve with a success; None without any."""
+    success_share: float
+    """Of held-out episodes in the end."""
+
+
+def main() -> None:
+    """Keep what the folders hold, and print the count."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("trainings", nargs="*", type=Path, help="folders of trainings")
+    known = kept()
+    for path in parser.parse_args().trainings:
+        ended = ended_in(Training(path))
+        if ended is not None and ended not in known:
+            known.append(ended)
+    RESULTS.write_text("".join(each.model_dump_json() + "\n" for each in known), encoding="utf-8")
+    suite = [
+        (next((point.steps for point in row.curve if point.success > 0), None), row.steps, row.curve[-1].success)
+        for row in rows_of(SUITE)
+        if row.protocol == "best"
+    ]
+    sys.stdout.write(f"suite, by which the rule was chosen: {told(suite)}\n")
+    sys.stdout.write(f"others: {told([(each.first_won, each.steps, each.success_share) for each in known])}\n")
+
+
+def kept() -> list[Ended]:
+    """Return what is known."""
+    lines = RESULTS.read_text(encoding="utf-8").splitlines() if RESULTS.exists() else []
+    return [Ended.model_validate_json(line) for line in lines]
+
+
+def ended_in(training: Training) -> Ended | None:
+    """Return how a training went; None where it was not judged."""
+    verdict, config = training.evaluation.read(), training.config.read()
+    if verdict is None or config is None:
+        return None
+    won = [row.steps for row in read_curve(training) if row.success_share]
+    return Ended(
+        scene_sha256=config["scene_sha256"],
+        task=config["task"],
+        steps=config["steps"],
+        first_won=won[0] if won else None,
+        success_share=verdict.success_share,
+    )
+
+
+def told(trainings: Sequence[tuple[int | None, int, float]]) -> str:
+    """Return how many trainings the rule ends, and how many of these win half of their episodes, in words."""
+    ends = [share for won, steps, share in trainings if won is None or won >= HOPELESS_AFTER * steps]
+    wrong = Rate(sum(share >= _SUCCESSFUL for share in ends), len(ends))
+    successful = sum(share >= _SUCCESSFUL for _, _, share in trainings)
+    interval = f" (Wilson {wrong.interval.low:.0%} to {wrong.interval.high:.0%})" if ends else ""
+    return (
+        f"{len(trainings)} trainings, {successful} successful; ended by the rule {len(ends)}, "
+        f"wrongly {wrong.hits}{interval}"
+    )
+
+
+if __name__ == "__main__":
+    main()
