@@ -140,5 +140,7 @@ def test_what_a_person_did_is_looked_back_at_and_distances_are_measured(arm_run:
         page.wait_for_timeout(500)
         assert page.evaluate(LOOK) == pytest.approx(seen_from), "the camera stays where it is"
         apart_mm = 1000 * math.dist(*(spot["at"] for spot in spots))
-        told = page.locator(".v3d-measured").inner_text()
+        measured = page.locator(".v3d-measured")
+        expect(measured).to_have_text(re.compile(r"^\d+(\.\d+)? mm$"))
+        told = measured.inner_text()
         assert float(told.removesuffix(" mm")) == pytest.approx(apart_mm, rel=0.1)  # on the skin, not in the middle
