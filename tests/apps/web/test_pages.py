@@ -8,6 +8,7 @@ import re
 import shutil
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager, chdir
+from dataclasses import replace
 from html import unescape
 from pathlib import Path
 
@@ -343,6 +344,7 @@ def test_what_is_said_of_a_design_is_said_of_one_policy(tmp_path: Path) -> None:
     view = site.view(run).design(1)
     assert (view.trained, view.held_out, view.valid, view.successful) == (2, (3, 4), True, True)
     assert design_row(site.view(run), view, design).success == 0.75
+    assert design_row(site.view(run), replace(view, warnings=2), design).warnings == 2
     rows = dict(comparison_column(run.name, design, view).rows)
     told = ("held-out success", "valid", "successful")
     assert tuple(rows[name] for name in told) == ("75% of 4", "yes", "yes")

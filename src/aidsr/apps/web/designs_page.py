@@ -58,6 +58,8 @@ class DesignRow:
     """Share of held-out episodes won by its best policy; None where it has none."""
     started: str
     picture: str
+    warnings: int = 0
+    """Of the validator, where it stands."""
     amounts: tuple[tuple[str, float], ...] = ()
     """What its success can be plotted against, for a design with a policy."""
 
@@ -155,6 +157,7 @@ def design_row(view: RunView, design: DesignView, folder: DesignFolder) -> Desig
         success=best.success_share if best else None,
         started=record.started,
         picture=design.picture,
+        warnings=design.warnings,
         amounts=amounts,
     )
 
@@ -258,7 +261,7 @@ def _cells(row: DesignRow, wanted: _Wanted, act: Callable[..., None]) -> None:
     text(row.family, "", "td")
     text(model_in_words(row.model), "mono", "td")
     with box(tag="td"):
-        badge(row.state)
+        badge(row.state, row.warnings)
     text(str(row.iterations), "num", "td")
     text(f"{row.tokens:,}", "num", "td")
     text("–" if row.success is None else f"{row.success:.0%}", "num", "td")
