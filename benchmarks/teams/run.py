@@ -95,8 +95,8 @@ class Row(Artifact):
     """Mean of the furthest that each held-out episode came."""
     episodes: int = 0
     kept_perturbed: float | None = None
-    """Share of success kept where parameters, delays and friction are off, in 20 episodes of each kind, in rows of
-    before 6abb483 in 100; None where the verdict is no success."""
+    """Share of success kept where parameters, delays and friction are off, in 20 episodes of each kind, in the
+    first 37 rows in 100; None where the verdict is no success."""
     failed_checks: tuple[str, ...] = ()
     steps: int = 0
     most_steps: int = 0
