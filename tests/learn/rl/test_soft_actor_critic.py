@@ -2,9 +2,13 @@
 
 import copy
 import json
+import os
+import subprocess
+import sys
 import zipfile
 from dataclasses import dataclass
 from importlib import import_module
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -20,6 +24,7 @@ from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.rl import training
 from aidsr.learn.rl.callbacks import History
+from aidsr.learn.rl.fused_adam import FusedAdam
 from aidsr.learn.rl.policy import TrainedPolicy, without_critics
 from aidsr.learn.rl.recipe import PROTOCOLS, Recipe, recipe_of
 from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
@@ -189,7 +194,6 @@ def test_an_update_is_that_of_stable_baselines3(tmp_path, monkeypatch):
         model.set_parameters(before, device="cpu")
         with torch.no_grad():
             model.log_ent_coef.fill_(-3.0)
-        model.ent_coef_optimizer.state.clear()
         torch.manual_seed(1)
         np.random.seed(1)  # noqa: NPY002 - what the memory draws by
         train(model, 10, 32)
@@ -202,6 +206,42 @@ def test_an_update_is_that_of_stable_baselines3(tmp_path, monkeypatch):
     unchanged = before["policy"]
     assert all(torch.allclose(ours[name], theirs[name], atol=2e-6) for name in theirs)
     assert max(float((theirs[name] - unchanged[name]).abs().max()) for name in unchanged) > 5e-4
+
+
+def test_torch_does_not_load_its_compiler_to_learn(tmp_path):
+    """It would take 2 s of each training."""
+    program = f"""
+import sys
+from pathlib import Path
+from test_soft_actor_critic import trained
+trained(Path({str(tmp_path / "home")!r}))
+assert not [name for name in sys.modules if name.startswith("torch._dynamo")]
+"""
+    python_path = os.pathsep.join([str(Path(__file__).parent), *sys.path])
+    subprocess.run([sys.executable, "-c", program], check=True, env={**os.environ, "PYTHONPATH": python_path})
+
+
+def test_adam_is_that_of_torch_and_goes_on_where_it_stopped():
+    rng = torch.Generator().manual_seed(0)
+    start = [torch.randn(3, 2, generator=rng), torch.randn(2, generator=rng)]
+    ours, theirs = ([each.clone().requires_grad_() for each in start] for _ in range(2))
+    optimizers = FusedAdam(ours, 1e-2), torch.optim.Adam(theirs, 1e-2)
+    fresh = FusedAdam(ours, 1.0)
+    fresh.load_state_dict(torch.optim.Adam(theirs, 1e-2).state_dict())
+    assert fresh.param_groups[0]["lr"] == 1e-2
+    for step in range(6):
+        if step == 3:
+            resumed = FusedAdam(ours, 1.0)
+            resumed.load_state_dict(copy.deepcopy(optimizers[0].state_dict()))
+            optimizers = resumed, optimizers[1]
+        if step == 4:
+            resumed.load_state_dict(copy.deepcopy(optimizers[1].state_dict()))
+        for optimizer, parameters in zip(optimizers, (ours, theirs), strict=True):
+            optimizer.zero_grad()
+            sum(((each - step) ** 2).sum() for each in parameters).backward()
+            optimizer.step()
+    assert all(torch.allclose(mine, torchs, atol=1e-6) for mine, torchs in zip(ours, theirs, strict=True))
+    assert not torch.allclose(ours[0], start[0], atol=1e-2)
 
 
 def test_memory_that_is_full_begins_again_with_its_oldest(tmp_path, monkeypatch):

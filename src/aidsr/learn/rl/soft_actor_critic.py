@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -15,8 +16,8 @@ from stable_baselines3.common.policies import ContinuousCritic
 from stable_baselines3.common.type_aliases import ReplayBufferSamples
 from stable_baselines3.common.vec_env import VecNormalize
 from stable_baselines3.sac.policies import Actor
-from torch.optim import Optimizer
 
+from aidsr.learn.rl.fused_adam import FusedAdam
 from aidsr.learn.rl.policy import network_options
 from aidsr.learn.rl.recipe import Recipe
 
@@ -60,8 +61,8 @@ class SoftActorCritic(SAC):
             gamma=recipe.gamma,
             train_freq=1,
             gradient_steps=recipe.updates,
-            ent_coef=f"auto_{recipe.entropy_weight}",
-            policy_kwargs=network_options(recipe) | {"optimizer_kwargs": {"fused": True}},
+            ent_coef=recipe.entropy_weight,
+            policy_kwargs=network_options(recipe) | {"optimizer_class": FusedAdam},
             tensorboard_log=tensorboard,
             seed=seed,
             device="cpu",
@@ -78,6 +79,12 @@ class SoftActorCritic(SAC):
             shown, _ = self.predict(self._last_obs[: self.noiseless], deterministic=True)
             action[: self.noiseless] = stored[: self.noiseless] = shown
         return action, stored
+
+    def _setup_model(self) -> None:
+        """Build the networks, and learn the weight of the entropy as well, as "auto" does in Stable-Baselines3."""
+        super()._setup_model()
+        self.log_ent_coef = torch.log(torch.tensor([float(self.ent_coef)])).requires_grad_()
+        self.ent_coef_optimizer = FusedAdam([self.log_ent_coef], self.lr_schedule(1))  # type: ignore[assignment]
 
     def train(self, gradient_steps: int, batch_size: int = 64) -> None:
         """Update the networks as Stable-Baselines3 does, to rounding, in about half the time.
@@ -166,8 +173,8 @@ def _least(critic: ContinuousCritic, observations: torch.Tensor, actions: torch.
     return torch.minimum(first, second)
 
 
-def _step(optimizer: Optimizer | None, parameters: Sequence[torch.Tensor], gradients: Sequence[torch.Tensor]) -> None:
-    assert optimizer is not None
+def _step(optimizer: Any, parameters: Sequence[torch.Tensor], gradients: Sequence[torch.Tensor]) -> None:
+    """Change parameters by an optimizer, which takes their gradients from them."""
     for parameter, gradient in zip(parameters, gradients, strict=True):
         parameter.grad = gradient
     optimizer.step()
