@@ -141,8 +141,10 @@ def _fit(
     """Fit a policy's mean action and its value by least squares, and set its noise."""
     import torch
 
+    from aidsr.learn.rl.fused_adam import FusedAdam
+
     policy = model.policy
-    adam = torch.optim.Adam(policy.parameters(), lr=_LEARNING_RATE)
+    adam = FusedAdam(policy.parameters(), lr=_LEARNING_RATE)
     policy.set_training_mode(True)
     for _ in range(_UPDATES):
         batch = tuple(rng.integers(size, size=_BATCH) for size in returns.shape)

@@ -8,8 +8,7 @@ from typing import Any
 import torch
 
 _BETAS = (0.9, 0.999)
-_EPSILON = 1e-8
-"""The defaults of torch.optim.Adam. Source: Kingma and Ba 2015, "Adam: A Method for Stochastic Optimization"."""
+"""As in torch.optim.Adam. Source: Kingma and Ba 2015, "Adam: A Method for Stochastic Optimization"."""
 _STATE = ("step", "exp_avg", "exp_avg_sq")
 """Names of what is kept of each parameter, as torch.optim.Adam names them."""
 
@@ -23,10 +22,11 @@ class FusedAdam:
     Args:
         parameters: To be optimized; each step takes their gradients.
         lr: Learning rate.
+        eps: Keeps a step finite where no gradient was seen.
     """
 
-    def __init__(self, parameters: Iterable[torch.Tensor], lr: float) -> None:
-        self._parameters = tuple(parameters)
+    def __init__(self, parameters: Iterable[torch.Tensor], lr: float, eps: float = 1e-8) -> None:
+        self._parameters, self._eps = tuple(parameters), eps
         self.param_groups: list[dict[str, Any]] = [{"lr": lr, "params": list(range(len(self._parameters)))}]
         """As in torch.optim; Stable-Baselines3 sets the learning rate there."""
         self._steps = [torch.zeros(()) for _ in self._parameters]
@@ -40,21 +40,23 @@ class FusedAdam:
 
     @torch.no_grad()
     def step(self) -> None:
-        """Change all parameters against their gradients."""
-        gradients = [parameter.grad for parameter in self._parameters if parameter.grad is not None]
-        torch._foreach_add_(self._steps, 1)
+        """Change all parameters against their gradients; those without one stay as they are."""
+        rows = [row for row, parameter in enumerate(self._parameters) if parameter.grad is not None]
+        gradients = [gradient for parameter in self._parameters if (gradient := parameter.grad) is not None]
+        steps = [self._steps[row] for row in rows]
+        torch._foreach_add_(steps, 1)
         torch._fused_adam_(
-            self._parameters,
+            [self._parameters[row] for row in rows],
             gradients,
-            self._means,
-            self._squares,
+            [self._means[row] for row in rows],
+            [self._squares[row] for row in rows],
             [],
-            self._steps,
+            steps,
             lr=self.param_groups[0]["lr"],
             beta1=_BETAS[0],
             beta2=_BETAS[1],
             weight_decay=0.0,
-            eps=_EPSILON,
+            eps=self._eps,
             amsgrad=False,
             maximize=False,
         )

@@ -108,8 +108,13 @@ def _text_within_limit(path: Path) -> str:
 
 def network_options(recipe: Recipe) -> dict[str, Any]:
     """Return what makes the network of a recipe, in the words of Stable-Baselines3."""
-    noise = {"log_std_init": float(np.log(recipe.action_noise_std))} if recipe.algorithm == "ppo" else {}
-    return {"net_arch": list(recipe.hidden_sizes)} | noise
+    from aidsr.learn.rl.fused_adam import FusedAdam
+
+    options = {"net_arch": list(recipe.hidden_sizes), "optimizer_class": FusedAdam}
+    if recipe.algorithm == "sac":
+        return options
+    epsilon = {"eps": 1e-5}  # as Stable-Baselines3 has it for PPO
+    return options | {"log_std_init": float(np.log(recipe.action_noise_std)), "optimizer_kwargs": epsilon}
 
 
 @contextlib.contextmanager

@@ -62,7 +62,7 @@ class SoftActorCritic(SAC):
             train_freq=1,
             gradient_steps=recipe.updates,
             ent_coef=recipe.entropy_weight,
-            policy_kwargs=network_options(recipe) | {"optimizer_class": FusedAdam},
+            policy_kwargs=network_options(recipe),
             tensorboard_log=tensorboard,
             seed=seed,
             device="cpu",
