@@ -13,9 +13,9 @@ from aidsr.tools import TOOLS, Workspace
 BASES = "commands the speed of base_{}, -0.1 to 0.1 m/s, until it is at an end of -0.1 to 0.1 m"
 
 
-def assembled(folder: Path, task: str) -> tuple[Workspace, list[str]]:
+def assembled(folder: Path, task: str, part: str = "tip") -> tuple[Workspace, list[str]]:
     work = Workspace(folder)
-    TOOLS["validate"].call(work, {"mjcf": small_arm(), "functional_part": "tip", "task": task})
+    TOOLS["validate"].call(work, {"mjcf": small_arm(), "functional_part": part, "task": task})
     placement = {"mount": "mount", "base": "fixed"}
     made = TOOLS["assemble"].call(work, {"robot": "robot_1", "task": task, "placement": placement}).text
     return work, made.splitlines()
@@ -48,6 +48,13 @@ def test_a_scene_says_how_far_from_its_mount_a_robot_may_start(tmp_path: Path) -
     found = re.search(r"^too far for a valid policy: how far the nearest part .* at the start: (\d+) mm \(", far, re.M)
     assert found is not None
     assert 150 < int(found[1]) < 200
+
+
+def test_a_scene_says_when_its_functional_part_is_too_much_of_the_robot(tmp_path: Path) -> None:
+    said = "no policy is valid: moving mass of the functional part and what it carries: 1 of the robot's (at most 0.5)"
+    (line,) = (line for line in assembled(tmp_path, "button_pushing", "base")[1] if line.startswith("no policy"))
+    assert line == f"{said}; name a smaller part"
+    assert not any(line.startswith("no policy") for line in assembled(tmp_path / "tip", "button_pushing")[1])
 
 
 def test_what_the_job_itself_drives_is_told_to_be_out_of_reach(tmp_path: Path) -> None:

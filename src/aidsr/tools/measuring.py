@@ -14,6 +14,7 @@ from aidsr.core.artifacts import Artifact, EpisodeResult, Vec3
 from aidsr.core.ends import ends_in_words, rules_in_words
 from aidsr.core.errors import AidsrError, ReplyError, UserError
 from aidsr.core.extras import require_extra
+from aidsr.core.formatting import format_check
 from aidsr.core.numbered import numbered_in
 from aidsr.learn.openloop.film import film
 from aidsr.runs.trainings import Training, learning_in_words
@@ -311,7 +312,7 @@ def _judged(
         f"{'' if found.valid else 'not '}valid",
         rules_in_words(found.episodes, time_limit_s=task.time_limit_s, failure=task.criteria.failure),
         *ends_in_words(found.episodes, found.hold_s),
-        *(f"not plausible: {check.message}" for check in found.checks if not check.passed),
+        *(f"not plausible: {check.message}: {format_check(check)}" for check in found.checks if not check.passed),
     ]
     figures = {"success": rate.share, "valid": float(found.valid), "progress": progress}
     return Result(text="\n".join(lines), figures=figures), found.episodes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from aidsr.core.artifacts import Artifact
+from aidsr.core.formatting import format_check
 from aidsr.sandbox.isolated import isolated
 from aidsr.tools.scene import MeasuredScene
 
@@ -18,13 +19,15 @@ class Controls(Artifact):
 
 @isolated
 def scene_facts(scene: MeasuredScene) -> tuple[str, ...]:
-    """Return in lines how far its robot starts from the mount, and what a script may command in a scene.
+    """Return in lines what keeps every policy of a scene from being valid, and what a script may command there.
+
+    How far its robot starts from the mount is always said; the functional part where it is too much of the robot.
 
     Raises:
         UserError: Nothing can be commanded, or the scene is not one of its task.
         MjcfError: The scene cannot be loaded.
     """
-    from aidsr.learn.rl.plausibility import start_check
+    from aidsr.learn.rl.plausibility import part_check, start_check
     from aidsr.sim.structure import read_structure
     from aidsr.tools.commands import commands_in_words
 
@@ -32,10 +35,12 @@ def scene_facts(scene: MeasuredScene) -> tuple[str, ...]:
     structure = read_structure(loaded.model)
     start, length_mm = start_check(loaded.model, structure), 1000 * structure.characteristic_length_m
     assert start.measured is not None, "it is a distance"
+    part = part_check(loaded.model, structure, loaded.task.sensors)
     told = "" if start.passed else "too far for a valid policy: "
     return (
         f"{told}{start.message}: {start.measured * length_mm:.0f} mm (valid: at most {start.limit:g} of its length, "
         f"{start.limit * length_mm:.0f} mm)",
+        *([] if part.passed else [f"no policy is valid: {part.message}: {format_check(part)}; name a smaller part"]),
         *commands_in_words(loaded),
     )
 
