@@ -53,8 +53,8 @@ def main() -> None:
         for row in rows_of(SUITE)
         if row.protocol == "best"
     ]
-    sys.stdout.write(f"suite, by which the rule was chosen: {told(suite)}\n")
-    sys.stdout.write(f"others: {told([(each.first_won, each.steps, each.success_share) for each in known])}\n")
+    sys.stdout.write(f"suite: {told(suite)}\n")
+    sys.stdout.write(f"designs of benchmarks.teams: {told([(each.first_won, each.steps, each.success_share) for each in known])}\n")
 
 
 def kept() -> list[Ended]:

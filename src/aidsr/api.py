@@ -180,7 +180,7 @@ def train(
         smoothing: Share of the previous action that is kept in the next, 0 to below 1.
         randomize: Let each training episode differ from the model as a real robot may: parameters, delay, friction of
             cables.
-        stop_hopeless: End a training in which no episode has succeeded after 60 % of its steps; with protocol "best".
+        stop_hopeless: End a training in which no episode has succeeded after 70 % of its steps; with protocol "best".
         threads: Native threads for physics; 0 takes all processors. Results do not depend on it.
         tensorboard: Also write logs for TensorBoard.
         again: Train from scratch, into the next folder, even if earlier calls left a finished or stopped training.

@@ -59,7 +59,7 @@ def test_a_training_shows_success_and_the_time_left_in_a_terminal_and_in_a_file(
 def test_a_training_without_a_success_after_most_of_its_steps_says_so_once(recipe, won, told) -> None:
     console = Console(file=io.StringIO(), width=120)
     with TrainingBar(console, "seed 0", 10_000, recipe) as bar:
-        for steps in (5_900, 6_000, 9_000):
+        for steps in (6_900, 7_000, 9_000):
             bar.listen(CurvePoint(steps, 20.0, 40, 0.0, 0.5, 1.0, 0, 50.0, won))
         if told:
             assert "no episode has succeeded" in console.file.getvalue()

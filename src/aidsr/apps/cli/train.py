@@ -81,7 +81,7 @@ def train(
         Let each training episode differ from the model as a real robot may: parameters off by up to 20 %, actions
         40 ms late in half of the episodes, cables that rub at their guides.
     stop_hopeless
-        End a training in which no episode has succeeded after 60 % of its steps. With protocol "best".
+        End a training in which no episode has succeeded after 70 % of its steps. With protocol "best".
     threads
         Native threads for physics; 0 takes all processors. Results do not depend on it.
     tensorboard

@@ -135,7 +135,9 @@ def train_designs(run: Run, *, steps: int, seeds: int) -> int:
     return 0 if successful else 1
 
 
-_NO_SUCCESS_YET = "no episode has succeeded so far; such a training seldom comes to anything (--stop-hopeless ends it)"
+_NO_SUCCESS_YET = (
+    "no episode has succeeded so far; few such trainings come to anything (--stop-hopeless ends them here)"
+)
 
 
 class TrainingBar:

@@ -221,7 +221,7 @@ def _draw_learning(training: Training, shown: _Learning) -> None:
                 fact("time", format_time_left(shown.steps - last.steps, last.steps_per_s))
             fact("seed", str(shown.seed))
         if shown.is_hopeless:
-            text("No episode has succeeded so far. Such a training seldom comes to anything: look at the body.", "wait")
+            text("No episode has succeeded so far. Few such trainings come to anything: look at the body.", "wait")
         ui.html(curve_svg(shown.curve, shown.steps), sanitize=False).classes("full")
         with box("row small"):
             text("━ success", "accent")

@@ -14,7 +14,7 @@ from aidsr.core.errors import UserError
 
 Share = Annotated[float, Field(ge=0, le=1)]
 
-HOPELESS_AFTER = 0.6
+HOPELESS_AFTER = 0.7
 """Part of the budget without a single success of the policy without noise, after which a training of SAC is hopeless.
 Our choice, measured in benchmarks/learning."""
 
