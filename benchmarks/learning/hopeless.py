@@ -54,7 +54,8 @@ def main() -> None:
         if row.protocol == "best"
     ]
     sys.stdout.write(f"suite: {told(suite)}\n")
-    sys.stdout.write(f"designs of benchmarks.teams: {told([(each.first_won, each.steps, each.success_share) for each in known])}\n")
+    others = [(each.first_won, each.steps, each.success_share) for each in known]
+    sys.stdout.write(f"designs of benchmarks.teams: {told(others)}\n")
 
 
 def kept() -> list[Ended]:
