@@ -94,7 +94,7 @@ def test_the_board_has_every_body_with_its_best_figure_and_what_was_said(tmp_pat
     keep = asked("keep", scene="scene_2", why="It comes farthest.")
     exchanges.append(exchanged((keep, of(keep, "kept scene_2", 0.0))))
     board = Board(exchanges, box, native=False).text()
-    assert "11 of 60 calls" in board
+    assert "11 of 60 calls are used.\n" in board
     assert "Families of which no body was measured yet: worm, ring." in board
     assert "Kept: scene_2, It comes farthest." in board
     assert "You noted: Gravity is along x." in board
@@ -103,6 +103,18 @@ def test_the_board_has_every_body_with_its_best_figure_and_what_was_said(tmp_pat
         assert f"placed as scene_{number} stable" in board
     assert f"  - probe scene_1 seeds [0]: {MEAN_PROGRESS} 0.3\n" in board
     assert "  - play scene_2 variations [0, 3]: won 1 of 2; script: a: 1 / b: -1\n" in board
+
+
+def test_the_same_work_in_other_minutes_is_told_alike_until_half_of_them_are_used(tmp_path: Path) -> None:
+    """Else a transcript could be replayed on a machine of the same speed alone."""
+    box, exchanges = begun(tmp_path)
+
+    def after(minutes: float) -> str:
+        call = asked("probe", scene="scene_1")
+        return Board([*exchanges, exchanged((call, of(call, "far", 60 * minutes)))], box, native=False).text()
+
+    assert after(3) == after(280)
+    assert "5 of 60 calls are used, and more than half of the 600 minutes.\n" in after(301)
 
 
 def test_only_what_is_worked_on_is_told_as_mjcf(tmp_path: Path) -> None:

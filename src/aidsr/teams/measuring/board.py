@@ -66,7 +66,8 @@ class Board:
             "measuring_board",
             calls=sum(record.counts for record in self._records),
             most_calls=self.toolbox.budget.calls,
-            minutes=f"{sum(record.seconds for record in self._records) / 60:.0f}",
+            # not how many: the same work takes other minutes when it is replayed, and its prompts must be the same
+            is_late=sum(record.seconds for record in self._records) > 30 * self.toolbox.budget.minutes,
             most_minutes=f"{self.toolbox.budget.minutes:g}",
             unmeasured=self._exploration.unmeasured() if self.toolbox.explore else [],
             kept=self._kept,
