@@ -16,13 +16,12 @@ from pathlib import Path
 from benchmarks.learning.compare import RESULTS as SUITE
 from benchmarks.learning.compare import rows_of
 
-from aidsr.core.artifacts import Artifact
+from aidsr.core.artifacts import SUCCESSFUL_SHARE, Artifact
 from aidsr.core.rates import Rate
 from aidsr.learn.rl.recipe import HOPELESS_AFTER
 from aidsr.runs.trainings import Training, read_curve
 
 RESULTS = Path(__file__).with_name("hopeless.jsonl")
-_SUCCESSFUL = 0.5
 
 
 class Ended(Artifact):
@@ -35,7 +34,7 @@ class Ended(Artifact):
     first_won: int | None
     """Steps at the first point of its curve with a success; None without any."""
     success_share: float
-    """Of held-out episodes in the end."""
+    """Of the held-out episodes of its evaluation, 20 or 100."""
 
 
 def main() -> None:
@@ -82,8 +81,8 @@ def ended_in(training: Training) -> Ended | None:
 def told(trainings: Sequence[tuple[int | None, int, float]]) -> str:
     """Return how many trainings the rule ends, and how many of these win half of their episodes, in words."""
     ends = [share for won, steps, share in trainings if won is None or won >= HOPELESS_AFTER * steps]
-    wrong = Rate(sum(share >= _SUCCESSFUL for share in ends), len(ends))
-    successful = sum(share >= _SUCCESSFUL for _, _, share in trainings)
+    wrong = Rate(sum(share >= SUCCESSFUL_SHARE for share in ends), len(ends))
+    successful = sum(share >= SUCCESSFUL_SHARE for _, _, share in trainings)
     interval = f" (Wilson {wrong.interval.low:.0%} to {wrong.interval.high:.0%})" if ends else ""
     return (
         f"{len(trainings)} trainings, {successful} successful; ended by the rule {len(ends)}, "

@@ -15,8 +15,8 @@ from benchmarks.learning.compare import EPISODES, RESULTS, WAYS, Point, Row, rec
 from benchmarks.learning.probes import PROBES, VARIATIONS, Probe, probes_of
 from benchmarks.learning.suite import Half
 
-_WON = 0.5
-"""Share of episodes from which a scene counts as successful. Source: the paper's binary rate."""
+from aidsr.core.artifacts import SUCCESSFUL_SHARE
+
 _MOSTLY = 3
 """Variations of the probe's four from which a scene counts as one that can be won."""
 _COLOURS = {"sb3": "#888888", "paper": "#9a5b13", "best": "#1f5fa8"}
@@ -34,7 +34,7 @@ def main() -> None:
 
 def reached(row: Row) -> Point | None:
     """Return the first point of a curve at which half of the episodes are won; None for never."""
-    return next((point for point in row.curve if point.success >= _WON), None)
+    return next((point for point in row.curve if point.success >= SUCCESSFUL_SHARE), None)
 
 
 def page_of(rows: Sequence[Row], probes: Mapping[str, Probe]) -> str:
@@ -87,7 +87,7 @@ def _half(rows: Sequence[Row], probes: Mapping[str, Probe], half: Half) -> list[
 def _winnable(best: Sequence[Row], probes: Mapping[str, Probe]) -> str:
     """Return how many trainings of `best` end at half of the episodes where the probe mostly wins."""
     asked = [row for row in best if row.scene in probes and probes[row.scene].some_motion >= _MOSTLY]
-    failed = [row for row in asked if row.curve[-1].success < _WON]
+    failed = [row for row in asked if row.curve[-1].success < SUCCESSFUL_SHARE]
     told = f"; not {', '.join(sorted({row.scene for row in failed}))}" if failed else ""
     return (
         f"Where some motion wins for {_MOSTLY} of {VARIATIONS} variations or more, {len(asked) - len(failed)} of "
@@ -108,7 +108,7 @@ def _time(row: Row) -> str:
 def _summary(rows: Sequence[Row]) -> str:
     if not rows:
         return "no trainings."
-    won = [row for row in rows if row.curve[-1].success >= _WON]
+    won = [row for row in rows if row.curve[-1].success >= SUCCESSFUL_SHARE]
     found = [reached(row) for row in rows]
     seconds = median_high(point.processor_s if point else inf for point in found)
     steps = median_high(point.steps if point else inf for point in found)

@@ -29,7 +29,7 @@ from benchmarks.tasks.floors import CONSTANTS, measure
 
 from aidsr import validate
 from aidsr.api import find_scene
-from aidsr.core.artifacts import Artifact, Evaluation
+from aidsr.core.artifacts import SUCCESSFUL_SHARE, Artifact, Evaluation
 from aidsr.core.config import Method
 from aidsr.core.provenance import commit
 from aidsr.core.rates import Rate
@@ -55,8 +55,6 @@ UNTRAINED = ("idle", "constant", "random 25 Hz", "random 0.5 s")
 FLOOR_EPISODES = 20
 FIRST_EPISODES = 20
 """Of the held-out ones, played first: in them the evaluation's checks are made, and perturbed scenes are played."""
-SUCCESSFUL = 0.5
-"""Share of the held-out episodes. Source: as in `Evaluation.successful`."""
 FEWEST_WON = 3
 """Of these, for the others to be played: who wins every second episode wins fewer once in five thousand times."""
 PAPER_TOKENS_A_SUCCESS = 151_000 / 0.267
@@ -224,7 +222,7 @@ def row_of(run: Run, folder: DesignFolder, asked: Asked) -> Row:
     if sum(won) >= FEWEST_WON:
         outcomes = _others(home)
         won, progress = won + outcomes.success.tolist(), progress + outcomes.best_progress.tolist()
-    successful = verdict.valid and fmean(won) >= SUCCESSFUL
+    successful = verdict.valid and fmean(won) >= SUCCESSFUL_SHARE
     return row.model_copy(
         update={
             "valid": verdict.valid,

@@ -14,11 +14,10 @@ from benchmarks.learning.suite import Half
 from benchmarks.trial.run import RESULTS, STEPS, Row, kept, rows_of, taken_over
 from benchmarks.trial.scenes import trained_by_teams
 
+from aidsr.core.artifacts import SUCCESSFUL_SHARE
 from aidsr.core.rates import Rate
 from aidsr.tasks import load_task
 
-WON = 0.5
-"""Share of episodes from which a training counts as successful. Source: the paper's binary rate."""
 _WANTED = 40
 """Scenes that are to be compared."""
 
@@ -56,7 +55,8 @@ def page_of(rows: Sequence[Row], trained: Mapping[str, tuple[float, float]]) -> 
         f"Made by `python -m benchmarks.trial.run` and `python -m benchmarks.trial.report`. Training: protocol `best`, "
         f"{STEPS:,} control steps, one seed, success in 20 development episodes, of designs of "
         f"`benchmarks.teams` (four-roles/...) in 100 held-out ones. A scene fails where it wins less "
-        f"than {WON:.0%}. {len(names)} scenes, at least {_WANTED} wanted; * of the half by which the rule was made.",
+        f"than {SUCCESSFUL_SHARE:.0%}. {len(names)} scenes, at least {_WANTED} wanted; * of the half by which the rule "
+        "was made.",
         "",
         "| | " + " | ".join(f"{title}: earlier trial | present trial" for title in _HALVES) + " |",
         "|---|" + "---|" * 2 * len(_HALVES),
@@ -107,7 +107,7 @@ def _share(
     half: Sequence[str], trials: Mapping[str, Row], trained: Mapping[str, tuple[float, float]], won: bool
 ) -> str:
     """Return how many of the scenes that succeed, or fail, when trained are sent back."""
-    of = [name for name in half if (trained[name][0] >= WON) == won]
+    of = [name for name in half if (trained[name][0] >= SUCCESSFUL_SHARE) == won]
     if not of:
         return "none"
     rate = Rate(sum(sent_back(trials[name]) for name in of), len(of))

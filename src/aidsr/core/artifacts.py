@@ -465,6 +465,10 @@ class PerturbedEpisodes(Artifact):
         return len(self.succeeded) / self.nominal_successes if self.nominal_successes else None
 
 
+SUCCESSFUL_SHARE = 0.5
+"""Of its episodes that a successful policy wins, at least. Source: the paper's binary rate."""
+
+
 class Evaluation(Artifact):
     """What a trained policy did at variations of its task it had never seen, and whether to believe it.
 
@@ -517,7 +521,7 @@ class Evaluation(Artifact):
     @property
     def successful(self) -> bool:
         """Valid, and success in at least half of the episodes."""
-        return self.valid and self.success_share >= 0.5
+        return self.valid and self.success_share >= SUCCESSFUL_SHARE
 
 
 class Attempt(Artifact):

@@ -17,7 +17,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from aidsr.core.artifacts import Artifact, Evaluation
+from aidsr.core.artifacts import SUCCESSFUL_SHARE, Artifact, Evaluation
 from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import IsolationError, MjcfError, UserError
 from aidsr.core.extras import require_extra
@@ -30,8 +30,6 @@ from aidsr.runs.files import BytesFile, JsonFile, replace_file
 from aidsr.runs.library import Library
 from aidsr.runs.status import newest
 
-_WON = 0.5
-"""Share of development episodes from which a body does the job. Source: the paper's binary rate."""
 _DONE = 0.995
 """Progress of a trial that is done in every search, rounded as it is shown."""
 
@@ -53,7 +51,7 @@ class Plan(Artifact):
 
     def done_by(self, lesson: Lesson) -> bool:
         """Whether a body does the job: its policy wins half of its episodes, or without trainings every search does."""
-        return (lesson.policy_success or 0.0) >= _WON if self.train else lesson.least >= _DONE
+        return (lesson.policy_success or 0.0) >= SUCCESSFUL_SHARE if self.train else lesson.least >= _DONE
 
 
 @dataclass(frozen=True)

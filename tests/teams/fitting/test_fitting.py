@@ -275,7 +275,7 @@ def test_a_robot_that_is_brought_is_turned_beside_the_work_and_scaled_to_the_way
 
 @pytest.mark.slow
 def test_the_tool_tells_what_the_command_tells_with_both_pictures(tmp_path, monkeypatch):
-    monkeypatch.setattr(check, "ROUNDS", (trial.Round(2, 4, 20_000),))  # any body will do
+    monkeypatch.setattr(check, "ROUNDS", (trial.Round(2, 16, 20_000),))  # any body will do
     bell, work = examples()["bell"], Workspace(tmp_path)
     given = {"objective": bell.objective, "environment": bell.environment, "goal": bell.goal}
     OWNER_TOOLS["make_task"].call(work, given)

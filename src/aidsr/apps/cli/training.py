@@ -136,7 +136,7 @@ def train_designs(run: Run, *, steps: int, seeds: int) -> int:
 
 
 _NO_SUCCESS_YET = (
-    "no episode has succeeded so far; few such trainings come to anything (--stop-hopeless ends them here)"
+    "no episode has succeeded so far; few such trainings come to anything (aidsr train --stop-hopeless ends them here)"
 )
 
 

@@ -1,4 +1,4 @@
-"""Soft actor-critic of Stable-Baselines3: updates in half the time, and simulations that show it without noise."""
+"""Soft actor-critic of Stable-Baselines3: quicker updates, and simulations that show it without noise."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class SoftActorCritic(SAC):
         self.ent_coef_optimizer = FusedAdam([self.log_ent_coef], self.lr_schedule(1))  # type: ignore[assignment]
 
     def train(self, gradient_steps: int, batch_size: int = 64) -> None:
-        """Update the networks as Stable-Baselines3 does, to rounding, in about half the time.
+        """Update the networks as Stable-Baselines3 does, to rounding, in less time.
 
         For networks this small most of its time goes into classes of distributions, gradients that nobody uses (of the
         values, for the actor's loss), and updates of one parameter after the other.

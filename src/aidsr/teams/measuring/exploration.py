@@ -12,6 +12,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, create_model
 
+from aidsr.core.artifacts import SUCCESSFUL_SHARE
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import excerpt
 from aidsr.teams.measuring.own_tools import proposed_families
@@ -23,8 +24,6 @@ _MEASURES = ("measure", "play", "probe", "train", "sweep")
 HOPELESS = 3
 """Robots of a family that came to no measurement, from which it need not be measured. Our choice: a first one and two
 that were to cure it."""
-_WON = 0.5
-"""Share of episodes from which a training has succeeded. Source: the paper's binary rate."""
 _BETTER = 0.05
 """By which another scene's progress has to be higher to count as better. Our choice: below the spread over seeds."""
 
@@ -125,7 +124,7 @@ class Exploration:
     def succeeded(self) -> tuple[str, str] | None:
         """Return the stable scene whose training succeeded, and what was told of it; None where none did."""
         for record in self.done:
-            won = record.figures.get("success", 0.0) >= _WON and record.figures.get("valid", 0.0)
+            won = record.figures.get("success", 0.0) >= SUCCESSFUL_SHARE and record.figures.get("valid", 0.0)
             if record.name == "train" and won and self.workspace.record(record.values["scene"]).stable:
                 return str(record.values["scene"]), record.text.partition("\n")[0]
         return None
