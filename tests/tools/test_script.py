@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from aidsr.core.errors import UserError
-from aidsr.tools.script import parse_script
+from aidsr.tools.script import GRAMMAR, parse_script
 
 GROUPS = ("left: a", "robot/right", "neck")
 REST = np.array([-1.0, -1.0, 0.0])
@@ -28,6 +28,12 @@ def test_a_sine_has_its_mean_amplitude_frequency_and_phase() -> None:
     assert found[0, 1] == pytest.approx(0.7)
     assert found[1, 1] == pytest.approx(0.2 - 0.5), "half a period later"
     assert found[2, 1] == pytest.approx(0.2), "a quarter of a period later"
+
+
+def test_a_sine_may_stand_on_a_number_as_the_grammar_shows_it() -> None:
+    example = "-0.2, amplitude 0.5 hz 1.5 phase 90"
+    assert f'"{example}"' in GRAMMAR
+    assert actions(f"right: {example}", 0.0)[0, 1] == pytest.approx(0.3)
 
 
 def test_a_sine_may_stand_on_waypoints_for_a_while_and_is_cut_off() -> None:

@@ -29,7 +29,7 @@ GRAMMAR = """\
 A line "group: ..." for each group, "*" for all without a line of their own; what has none, of the environment too, \
 stays where its command is nearest to 0. Actions are -1 to 1 over the control range: waypoints with straight lines \
 between ("t=0 -1, t=1.5 0.8": seconds, action), or one number; on top, if wanted, a sine, \
-"amplitude 0.5 hz 1.5 phase 90" (degrees), perhaps only "from 2 until 6" seconds. Sums are cut off at -1 and 1."""
+"-0.2, amplitude 0.5 hz 1.5 phase 90" (degrees), perhaps only "from 2 until 6" seconds. Sums are cut off at -1 and 1."""
 
 _MAX_CHARACTERS = 10_000
 _MAX_WAYPOINTS = 100

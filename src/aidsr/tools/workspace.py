@@ -7,6 +7,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import count
 from pathlib import Path
 from typing import Literal
 
@@ -275,6 +276,18 @@ class Workspace:
             path.write_text(text, encoding="utf-8")
         return path.name
 
+    def skip(self, kind: Literal["robot", "scene"]) -> str:
+        """Use up the next name of a kind for one that could not be made, and return the name."""
+        with self._lock:
+            path = self._next(kind)
+            self.folder.mkdir(parents=True, exist_ok=True)
+            path.touch()
+        return path.name
+
+    def is_skipped(self, name: str) -> bool:
+        """Whether a name was used up for what could not be made."""
+        return bool(re.fullmatch(r"(robot|scene)_\d{1,6}", name)) and (self.folder / name).is_file()
+
     def file(self, name: str) -> str:
         """Return the text of a file.
 
@@ -289,11 +302,12 @@ class Workspace:
 
     def _new(self, kind: str) -> Path:
         with self._lock:
-            number = 1
-            while (folder := self.folder / f"{kind}_{number}").exists():
-                number += 1
+            folder = self._next(kind)
             folder.mkdir(parents=True)
         return folder
+
+    def _next(self, kind: str) -> Path:
+        return next(path for number in count(1) if not (path := self.folder / f"{kind}_{number}").exists())
 
     def _find(self, kind: str, name: str) -> Path:
         folder = self.folder / name
@@ -305,5 +319,5 @@ class Workspace:
         return ", ".join(self._names(kind)) or "none yet"
 
     def _names(self, kind: str) -> list[str]:
-        names = (path.name for path in self.folder.glob(f"{kind}_*"))
+        names = (path.name for path in self.folder.glob(f"{kind}_*") if not self.is_skipped(path.name))
         return sorted(names, key=lambda name: int(re.sub(r"\D", "", name)))

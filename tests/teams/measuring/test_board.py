@@ -139,9 +139,9 @@ def test_what_has_to_be_cured_is_told_as_mjcf_and_what_could_not_be_read_stays_i
     calls = (asked("validate", mjcf=mjcf, family="arm") for mjcf in texts)
     exchanges.append(carried_out(box, exchanges, *calls))
     nothing, unread, faulty = exchanges[-1].results
-    assert (nothing.outcome, unread.made, faulty.made) == ("failed", "robot_5", "robot_6")
-    assert faulty.headline.startswith("robot_6: not stable")
-    assert Board(exchanges, box, native=False).worked_on() == ("robot_5", "robot_6")
+    assert (nothing.outcome, unread.made, faulty.made) == ("failed", "robot_6", "robot_7")
+    assert faulty.headline.startswith("robot_7: not stable")
+    assert Board(exchanges, box, native=False).worked_on() == ("robot_6", "robot_7")
     _, _, said, brought = told(box, exchanges)
     assert "no document" in said.text
     assert "<mujoco><worldbody>\n```" in brought.text
@@ -181,7 +181,7 @@ def test_the_guide_is_told_while_first_bodies_are_written_and_can_be_had_back(tm
     assert detail in box.call(asked("read", name="guide")).text
 
 
-def test_names_of_a_reply_are_not_followed_once_one_of_its_calls_made_nothing(tmp_path: Path) -> None:
+def test_a_call_that_made_nothing_uses_its_name_up_and_the_others_go_on(tmp_path: Path) -> None:
     box = toolbox(tmp_path, calls=60)
     calls = (
         asked("propose", families=FAMILIES),
@@ -192,8 +192,37 @@ def test_names_of_a_reply_are_not_followed_once_one_of_its_calls_made_nothing(tm
         asked("measure", what="bends", subject="robot_2"),
     )
     first = carried_out(box, [], *calls)
-    assert [one.outcome for one in first.results] == ["done", "done", "failed", "done", "refused", "refused"]
-    assert "call 3, validate, made nothing new, so names are other than you thought" in first.results[4].text
+    assert [one.outcome for one in first.results] == ["done", "done", "failed", "done", "done", "refused"]
+    assert first.results[3].made == "robot_3"
+    assert "robot_2 does not exist" in first.results[2].text
+    assert "robot_2 does not exist" in first.results[5].text
+    assert "robots: robot_1, robot_3" in carried_out(box, [first], asked("fix", robot="robot_9")).results[0].text
+
+
+def test_a_session_that_goes_on_uses_no_other_names_up(tmp_path: Path) -> None:
+    calls = (
+        asked("propose", families=FAMILIES),
+        asked("validate", mjcf="no document", family="claw"),
+        asked("validate", mjcf=limb(9.81), family="worm"),
+    )
+    first = carried_out(toolbox(tmp_path, calls=60), [], *calls)
+    again = carried_out(toolbox(tmp_path, calls=60), [], *calls, asked("validate", mjcf=limb(), family="arm"))
+    assert again.results[:3] == first.results
+    assert again.results[3].made == "robot_3"
+
+
+def test_names_of_a_reply_are_not_followed_once_one_of_its_calls_repeats_another(tmp_path: Path) -> None:
+    box = toolbox(tmp_path, calls=60)
+    calls = (
+        asked("propose", families=FAMILIES),
+        asked("validate", mjcf=limb(), family="arm"),
+        asked("validate", mjcf=limb(), family="arm"),
+        asked("validate", mjcf=limb(9.81), family="worm"),
+        asked("measure", what="bends", subject="robot_3"),
+    )
+    first = carried_out(box, [], *calls)
+    assert [one.outcome for one in first.results] == ["done", "done", "done", "done", "refused"]
+    assert "call 3, validate, was made before and brought robot_1 again" in first.results[4].text
     second = carried_out(box, [first], asked("measure", what="bends", subject="robot_2"))
     assert second.results[0].outcome == "done"
 

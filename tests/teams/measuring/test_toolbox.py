@@ -42,7 +42,9 @@ def test_four_families_come_first(tmp_path: Path) -> None:
     assert "propose families of bodies first" in call(box, "validate", mjcf=limb(), family="arm").text
     assert "3 families; propose at least 4" in call(box, "propose", families=[*FAMILIES[:3], FAMILIES[0]]).text
     assert call(box, "propose", families=FAMILIES).text.startswith("noted: arm, claw, worm, ring")
-    assert call(box, "validate", mjcf=limb(), family="arm").text.startswith("robot_1:")
+    assert call(box, "validate", mjcf=limb(), family="arm").text.startswith("robot_2:"), (
+        "the name of what was not made is used up"
+    )
 
 
 def test_a_measurement_that_was_asked_for_before_is_not_carried_out_again(tmp_path: Path) -> None:
@@ -61,7 +63,7 @@ def test_a_session_that_goes_on_gets_its_results_and_its_refusals_again(tmp_path
         ("validate", {"mjcf": limb(), "family": "arm"}),
         ("propose", {"families": FAMILIES}),
         ("validate", {"mjcf": limb(), "family": "arm"}),
-        ("measure", {"what": "bends", "subject": "robot_1"}),
+        ("measure", {"what": "bends", "subject": "robot_2"}),
         ("measure", {"what": "bends", "subject": "robot_9"}),
     ]
     before = [call(box, name, **arguments) for name, arguments in calls]
@@ -70,7 +72,7 @@ def test_a_session_that_goes_on_gets_its_results_and_its_refusals_again(tmp_path
     again = toolbox(tmp_path)
     assert [call(again, name, **arguments) for name, arguments in calls] == before
     assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*") if path.is_file()} == files
-    assert call(again, "validate", mjcf=limb(9.81), family="arm").text.startswith("robot_2:")
+    assert call(again, "validate", mjcf=limb(9.81), family="arm").text.startswith("robot_3:")
     assert (tmp_path / "tools" / "0006_validate.json").is_file()
 
 
@@ -134,8 +136,8 @@ def test_one_body_of_each_family_is_measured_before_any_is_refined(tmp_path: Pat
         refused = call(box, name, **arguments)
         assert (refused.outcome, "trained or finished with; not yet: ring" in refused.text) == ("refused", True)
     cured = call(box, "edit", robot="robot_4", patch=PATCH)
-    assert cured.text.startswith("robot_5:"), "what was not measured may be cured"
-    assert call(box, "measure", what="bends", subject="robot_5").outcome == "done", "an edit is of the same family"
+    assert cured.text.startswith("robot_6:"), "what was not measured may be cured"
+    assert call(box, "measure", what="bends", subject="robot_6").outcome == "done", "an edit is of the same family"
     assert call(box, "edit", robot="robot_1", patch=PATCH).outcome == "done"
     assert call(box, "sweep", **SWEEP).outcome == "done"
 

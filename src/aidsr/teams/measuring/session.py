@@ -25,7 +25,6 @@ _REPLIES_PER_CALL = 2
 """Replies of a session for each call it may make, at most: a bound for those that only read and repeat."""
 
 _NAME = re.compile(r"\b(?:robot|scene)_\d+\b")
-_MAKERS = ("validate", "edit", "fix", "assemble")
 
 
 @dataclass
@@ -117,8 +116,9 @@ class Session:
     def _results(self, calls: Sequence[ToolCall], exchanges: Sequence[Exchange]) -> tuple[ToolRecord, ...]:
         """Carry out the calls of a reply, in order.
 
-        A reply may name what its own earlier calls make. Where one of these makes nothing, names are other than the
-        model thought: what names anything newer than the last reply's results is not carried out then.
+        A reply may name what its own earlier calls make. Where one of these repeats an earlier call, it brings what that
+        made, so names are other than the model thought: what names anything newer than the last reply's results is not
+        carried out then.
         """
         known = {one.made for exchange in exchanges for one in exchange.results}
         made = set(known)
@@ -132,8 +132,8 @@ class Session:
                 one = _not_carried_out(call, f"{shifted}, so names are other than you thought; call it again")
             else:
                 one = self.toolbox.call(call)
-            if call.name in _MAKERS and not shifted and (not one.made or one.made in made):
-                shifted = f"call {number}, {call.name}, made nothing new"
+            if one.made in made - {""} and not shifted:
+                shifted = f"call {number}, {call.name}, was made before and brought {one.made} again"
             made.add(one.made)
             results.append(one)
         return tuple(results)

@@ -21,6 +21,13 @@ TOOLS_FOLDER = "tools"
 """Of the recorded calls, in the folder of an iteration."""
 _FEWEST_SEEDS, _FEWEST_VARIATIONS = 2, 3
 """With which a scene is measured again before it is the result. Our choice."""
+MAKES: dict[str, Literal["robot", "scene"]] = {
+    "validate": "robot",
+    "edit": "robot",
+    "fix": "robot",
+    "assemble": "scene",
+}
+"""What the tools that make something make."""
 _OF_AN_OWNER = ("task", "level", "realizable")
 """Arguments that are of no use to a team, which works for one job."""
 
@@ -90,8 +97,9 @@ class Toolbox:
     def call(self, call: ToolCall) -> ToolRecord:
         """Carry out a call and record it, or return what the same call brought before.
 
-        A mistake in it is a result as well. A session that goes on after it was interrupted comes to its calls in their
-        order; after that, a measurement that was asked for before is not carried out again.
+        A mistake in it is a result as well; where a robot or a scene was to be made, its name is used up, so that names
+        of later calls of a reply are those that the model counted on. A session that goes on after it was interrupted
+        comes to its calls in their order; after that, a measurement that was asked for before is not carried out again.
         """
         known = [record for record in self._unused if (record.name, record.arguments) == (call.name, call.arguments)]
         if known:
@@ -102,6 +110,11 @@ class Toolbox:
             if same and record.outcome != "refused" and record.name not in OWN_TOOLS:
                 return record
         record = self._carried_out(call)
+        if call.name in MAKES and not record.made:
+            unmade = self.workspace.skip(MAKES[call.name])
+            record = record.model_copy(
+                update={"text": f"{record.text}\n{unmade} does not exist: this call made nothing"}
+            )
         number = len(self._records) + 1
         name = call.name if call.name in self.tools else "unknown"
         JsonFile(self.folder / TOOLS_FOLDER / f"{number:04d}_{name}.json", ToolRecord).write(record)
@@ -141,6 +154,9 @@ class Toolbox:
 
     def _refused(self, name: str, arguments: dict[str, Any]) -> str:
         """Return why a call is not carried out now, "" where it is."""
+        named = (str(arguments.get(key, "")) for key in ("subject", "scene", "robot"))
+        if unmade := next(filter(self.workspace.is_skipped, named), ""):
+            return f"{unmade} does not exist: the call that was to make it made nothing"
         if name != "propose" and not has_families(self.workspace):
             return "propose families of bodies first"
         if name not in FREE and self.calls_made >= self.budget.calls:
