@@ -116,9 +116,9 @@ class Session:
     def _results(self, calls: Sequence[ToolCall], exchanges: Sequence[Exchange]) -> tuple[ToolRecord, ...]:
         """Carry out the calls of a reply, in order.
 
-        A reply may name what its own earlier calls make. Where one of these repeats an earlier call, it brings what that
-        made, so names are other than the model thought: what names anything newer than the last reply's results is not
-        carried out then.
+        A reply may name what its own earlier calls make. Where one of these repeats an earlier call, it brings what
+        that made, so names are other than the model thought: what names anything newer than the last reply's results is
+        not carried out then.
         """
         known = {one.made for exchange in exchanges for one in exchange.results}
         made = set(known)
