@@ -85,7 +85,8 @@ class Row(Artifact):
     calls: int
     tokens: int
     """Visible ones, read and written; those of the Designer are shared evenly."""
-    latency_s: float
+    latency_s: float | None = None
+    """Of the design, on the clock; None for a run that was made again from its transcript."""
     valid: bool = False
     successful: bool = False
     success_share: float = 0.0
@@ -204,7 +205,7 @@ def row_of(run: Run, folder: DesignFolder, asked: Asked) -> Row:
         iterations=state.iteration,
         calls=state.usage.calls,
         tokens=state.usage.input_tokens + state.usage.output_tokens,
-        latency_s=round(state.latency_s, 1),
+        latency_s=None if run.asked().config.model.startswith("replay:") else round(state.latency_s, 1),
         most_steps=asked.steps,
     )
     if row.outcome != "approved":
@@ -327,7 +328,8 @@ def line_of(row: Row, floor: Floor | None = None) -> str:
     words += [_yes(row.valid), _yes(row.successful), f"{row.success_share:.0%}", f"{row.progress:.2f}"]
     words += ["" if row.kept_perturbed is None else f"{row.kept_perturbed:.0%}"]
     words += [f"{max(floor.wins.values()) / floor.episodes:.0%}" if floor else "", str(row.iterations), str(row.calls)]
-    return "| " + " | ".join([*words, f"{row.tokens:,}", f"{row.latency_s:.0f}"]) + " |"
+    words += [f"{row.tokens:,}", "" if row.latency_s is None else f"{row.latency_s:.0f}"]
+    return "| " + " | ".join(words) + " |"
 
 
 def _yes(value: bool) -> str:
