@@ -35,6 +35,8 @@ class Ended(Artifact):
     """Steps at the first point of its curve with a success; None without any."""
     success_share: float
     """Of the held-out episodes of its evaluation, 20 or 100."""
+    in_view: bool = False
+    """Whether the steps of `--task-training` were chosen with this one in view (benchmarks/trial)."""
 
 
 def main() -> None:
@@ -44,7 +46,7 @@ def main() -> None:
     known = kept()
     for path in parser.parse_args().trainings:
         ended = ended_in(Training(path))
-        if ended is not None and ended not in known:
+        if ended is not None and ended.scene_sha256 not in {each.scene_sha256 for each in known}:
             known.append(ended)
     RESULTS.write_text("".join(each.model_dump_json() + "\n" for each in known), encoding="utf-8")
     suite = [

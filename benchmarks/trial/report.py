@@ -1,15 +1,19 @@
 """Write results.md from results.jsonl: does a trial without learning tell which designs fail when they are trained?
 
-python -m benchmarks.trial.report
+    python -m benchmarks.trial.report
+
+Whether a short training as part of the trial tells more is read off the curves of the same trainings.
 """
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from benchmarks.learning.hopeless import kept as ended_trainings
 from benchmarks.learning.suite import Half
 from benchmarks.trial.run import RESULTS, STEPS, Row, kept, rows_of, taken_over
 from benchmarks.trial.scenes import trained_by_teams
@@ -20,6 +24,8 @@ from aidsr.tasks import load_task
 
 _WANTED = 40
 """Scenes that are to be compared."""
+TRAINING = 30_000
+"""Control steps of the short training, `--task-training`."""
 
 
 def main() -> None:
@@ -27,7 +33,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rows", type=Path, default=RESULTS)
     rows = rows_of(parser.parse_args().rows)
-    RESULTS.with_suffix(".md").write_text(page_of(rows, trained_success(rows)), encoding="utf-8")
+    page = page_of(rows, trained_success(rows)) + "\n" + training_page(short_trainings(rows))
+    RESULTS.with_suffix(".md").write_text(page, encoding="utf-8")
 
 
 def trained_success(rows: Sequence[Row]) -> dict[str, tuple[float, float]]:
@@ -74,6 +81,71 @@ def page_of(rows: Sequence[Row], trained: Mapping[str, tuple[float, float]]) -> 
     return "\n".join(lines) + "\n"
 
 
+@dataclass(frozen=True)
+class ShortTraining:
+    """What a short training would have told of a scene."""
+
+    won: bool
+    """Whether an episode without noise was won in `TRAINING` steps."""
+    solved: bool
+    """Whether most motions of the trial won, or a script; False where there was no trial."""
+    success: float
+    """Share of episodes won after the whole training."""
+    in_view: bool
+    """Whether `TRAINING` was chosen with this scene in view."""
+
+    @property
+    def sent_back(self) -> bool:
+        """Whether the scene goes back to those who designed it."""
+        return not (self.won or self.solved)
+
+
+def short_trainings(rows: Sequence[Row]) -> list[ShortTraining]:
+    """Return what is known of the first steps of trainings: of the suite, and of designs of `benchmarks.teams`."""
+    tried = kept(rows, "trial")
+    by_scene = {row.scene_sha256: row for row in tried.values()}
+    found = []
+    for name, row in taken_over().items():
+        first = next((point.steps for point in row.curve if point.success > 0), None)
+        won, solved = _within(first), name in tried and _solved(tried[name])
+        found.append(ShortTraining(won, solved, row.curve[-1].success, in_view=True))
+    for each in ended_trainings():
+        trial = by_scene.get(each.scene_sha256)
+        solved = trial is not None and _solved(trial)
+        found.append(ShortTraining(_within(each.first_won), solved, each.success_share, each.in_view))
+    return found
+
+
+def _within(first_won: int | None) -> bool:
+    return first_won is not None and first_won <= TRAINING
+
+
+def _solved(row: Row) -> bool:
+    searches = len(row.details["searches"])
+    won = row.details["succeeded"]
+    return 2 * sum(won[:searches]) > searches or any(won[searches:])
+
+
+def training_page(trainings: Sequence[ShortTraining]) -> str:
+    """Return the part of the page about short trainings."""
+    halves = [[one for one in trainings if one.in_view == in_view] for in_view in (True, False)]
+    lines = [
+        f"## With `--task-training {TRAINING}`",
+        "",
+        f"Read off the curves of {len(trainings)} trainings of {STEPS:,} steps: a scene goes back where no episode "
+        f"without noise was won in {TRAINING:,} steps, and neither most motions of the present trial nor a script won, "
+        "where there was a trial.",
+        "",
+        "| | in view when the steps were chosen | trained afterwards |",
+        "|---|---|---|",
+    ]
+    for title, wins in (("fail when trained (wanted: 80 % or more)", False), ("succeed (wanted: 10 % or less)", True)):
+        of = [[one for one in half if (one.success >= SUCCESSFUL_SHARE) == wins] for half in halves]
+        cells = [_rate([one.sent_back for one in some]) for some in of]
+        lines.append(f"| sent back of those that {title} | {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
 def sent_back(row: Row) -> bool:
     """Whether a trial sends a scene back, by the task's decisive stage as it is today."""
     if row.kind == "earlier":
@@ -108,10 +180,14 @@ def _share(
 ) -> str:
     """Return how many of the scenes that succeed, or fail, when trained are sent back."""
     of = [name for name in half if (trained[name][0] >= SUCCESSFUL_SHARE) == won]
-    if not of:
+    return _rate([sent_back(trials[name]) for name in of])
+
+
+def _rate(backs: Sequence[bool]) -> str:
+    if not backs:
         return "none"
-    rate = Rate(sum(sent_back(trials[name]) for name in of), len(of))
-    return f"{rate.share:.0%} of {len(of)} ({rate.interval.low:.0%} to {rate.interval.high:.0%})"
+    rate = Rate(sum(backs), len(backs))
+    return f"{rate.share:.0%} of {rate.of} ({rate.interval.low:.0%} to {rate.interval.high:.0%})"
 
 
 def _rank(half: Sequence[str], trials: Mapping[str, Row], trained: Mapping[str, tuple[float, float]]) -> str:

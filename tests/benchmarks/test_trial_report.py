@@ -62,6 +62,22 @@ def test_shares_and_ranking_are_of_the_half_they_stand_under() -> None:
     assert "| good | built-in rules | 90% (0.95) | sent back, 0.50 | passed, 0.90, 0.95 | 1, 1 |" in page
 
 
+def test_a_short_training_sends_back_what_neither_it_nor_a_motion_wins() -> None:
+    assert report._solved(tried("a", 0.9, 0.9, won=2))
+    assert not report._solved(tried("a", 0.9, 0.9, won=1)), "one of two is no majority"
+    assert [report._within(steps) for steps in (30_000, 30_001, None)] == [True, False, False]
+    back = {"won": False, "solved": False, "success": 0.0, "in_view": True}
+    known = [
+        report.ShortTraining(**back),
+        report.ShortTraining(**{**back, "solved": True}),
+        report.ShortTraining(**{**back, "success": 0.5, "in_view": False}),
+        report.ShortTraining(**{**back, "success": 0.9, "in_view": False, "won": True}),
+    ]
+    fails, succeeds = (line for line in report.training_page(known).splitlines() if line.startswith("| sent back"))
+    assert fails.split(" | ")[1:] == ["50% of 2 (9% to 91%)", "none |"]
+    assert succeeds.split(" | ")[1:] == ["none", "50% of 2 (9% to 91%) |"]
+
+
 def test_ranks_share_ties() -> None:
     assert report.ranking([1, 2, 2, 3], [0.1, 0.5, 0.5, 0.9]) == pytest.approx(1.0)
     assert report.ranking([1, 2, 3, 4], [4, 3, 2, 1]) == pytest.approx(-1.0)

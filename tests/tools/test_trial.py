@@ -67,6 +67,20 @@ def test_a_third_search_decides_where_two_disagree(monkeypatch: pytest.MonkeyPat
     assert report.spread == (0.1, 0.9)
 
 
+def test_where_a_training_decides_only_success_is_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+    real = trial._attempt
+
+    def told(task, report):
+        return real(task, report).model_copy(update={"progress": 0.9, "decisive": True, "succeeded": False})
+
+    monkeypatch.setattr(trial, "_attempt", told)
+    assert try_scene(travelling(3.0)).critique.passed
+    report = try_scene(travelling(3.0), wanted="solved")
+    assert not report.critique.passed
+    assert [one.how for one in report.attempts] == ["search", "search", "script"]
+    assert try_scene(travelling(0.4), wanted="solved").critique.passed, "there a script succeeds"
+
+
 def test_a_script_is_tried_where_the_searches_fell_short(monkeypatch: pytest.MonkeyPatch) -> None:
     found = {0: 0.9, 1: 0.1, 2: 0.2}
     real = trial._attempt

@@ -208,8 +208,9 @@ class RunConfig(Artifact):
         int,
         Field(
             ge=0,
-            title="Control steps of training beside that trial; 0 trains none",
-            description="Control steps of a policy trained in addition to that trial; 0 trains none. Requires "
+            title="Control steps of training in that trial; 0 trains none",
+            description="Control steps of a policy that is trained where no motion of that trial succeeds, and passes "
+            "the scene if it wins at all; 0 trains none. Requires "
             '--task-feedback and the extra "rl".',
         ),
     ] = 0

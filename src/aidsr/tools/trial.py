@@ -2,6 +2,7 @@
 
 1. Searches for a motion, each with a seed and a variation of its own.
 2. Where most of them do not reach the task's decisive stage: a search for a script, from the best motion that does not.
+   Where a training decides afterwards, it is success that counts here and not that stage.
 3. Where that does not either: the best attempt that fell short is played again and recorded, and its failure attributed
    to a role. The placement is only blamed where other placements come farther than seeds differ.
 """
@@ -11,7 +12,7 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from aidsr.core.artifacts import Attempt, Critique, CritiqueIssue, Placement, Robot, Scene, TaskReport
 from aidsr.core.errors import IsolationError, MjcfError
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from aidsr.learn.episodes.scene import TaskScene
     from aidsr.learn.openloop.report import ProbeReport
 
+Wanted = Literal["decisive", "solved"]
+"""What a motion has to come to, for nobody to be blamed: the task's decisive stage, or success."""
 SEEDS = 3
 """Searches, at most: the third decides where two disagree. Our choice."""
 MOTIONS = 160
@@ -47,6 +50,7 @@ def try_task(
     environment: str = "",
     first_seed: int = 0,
     attribute: bool = True,
+    wanted: Wanted = "decisive",
 ) -> TaskReport:
     """Return how far a scene comes on its task without learning, and the role that can change that.
 
@@ -59,6 +63,7 @@ def try_task(
         environment: MJCF of the environment, in which other placements are tried; none are without it.
         first_seed: Of the searches, and index of the first development variation. Others than 0 measure it afresh.
         attribute: Whether a script is searched, and the failure attributed; else every search is made, and that is all.
+        wanted: What has to be reached by most searches, or by the script.
 
     Raises:
         UserError: There is no such task, or the scene is not one of it.
@@ -71,7 +76,7 @@ def try_task(
     goal_or_task = goal_task(read_goal(goal), scene.mjcf) if goal else load_task(task, level)
     placed = TaskScene.of(scene.mjcf, goal_or_task, groups=robot.actuator_groups)
     others = _Others(robot, scene.placement, environment, goal_or_task) if environment else None
-    return try_scene(placed, first_seed=first_seed, attribute=attribute, others=others)
+    return try_scene(placed, first_seed=first_seed, attribute=attribute, others=others, wanted=wanted)
 
 
 @dataclass(frozen=True)
@@ -107,7 +112,12 @@ class _Others:
 
 
 def try_scene(
-    scene: TaskScene, *, first_seed: int = 0, attribute: bool = True, others: _Others | None = None
+    scene: TaskScene,
+    *,
+    first_seed: int = 0,
+    attribute: bool = True,
+    others: _Others | None = None,
+    wanted: Wanted = "decisive",
 ) -> TaskReport:
     """Do the work of `try_task` in this process, with a scene that is loaded."""
     from aidsr.tools.script import script_of
@@ -115,20 +125,20 @@ def try_scene(
     reports: list[ProbeReport] = []
     for seed in range(first_seed, first_seed + SEEDS):
         reports.append(_search(scene, seed))
-        reached = [_attempt(scene.task, report).decisive for report in reports]
+        reached = [_is_enough(_attempt(scene.task, report), wanted) for report in reports]
         if attribute and len(reports) == 2 and reached[0] == reached[1]:
             break  # a third cannot change what most of them find
     attempts = [_attempt(scene.task, report) for report in reports]
     progress = sum(attempt.progress for attempt in attempts) / len(attempts)
-    enough = 2 * sum(attempt.decisive for attempt in attempts) > len(attempts)
+    enough = 2 * sum(reached) > len(attempts)
     fell_short = ""
     if attribute and not enough:
-        short = [report for report, attempt in zip(reports, attempts, strict=True) if not attempt.decisive]
+        short = [report for report, is_enough in zip(reports, reached, strict=True) if not is_enough]
         best = max(short, key=lambda report: report.progress)
         script, attempt = _script(scene, best)
         fell_short = script if attempt.progress > best.progress else script_of(best.best.motion)
         attempts.append(attempt)
-        enough = attempt.decisive
+        enough = _is_enough(attempt, wanted)
     start = _start_progress(scene)
     if enough or not attribute:
         phase = "solved" if any(attempt.succeeded for attempt in attempts) else "partial"
@@ -141,7 +151,11 @@ def try_scene(
             start_progress=start,
             account="\n".join(_lines(attempts)),
         )
-    return _attributed(scene, fell_short, attempts, progress, start, others)
+    return _attributed(scene, fell_short, attempts, progress, start, others, some=any(reached))
+
+
+def _is_enough(attempt: Attempt, wanted: Wanted) -> bool:
+    return attempt.decisive if wanted == "decisive" else attempt.succeeded
 
 
 def _steps(task: Task) -> int:
@@ -224,8 +238,10 @@ def _attributed(
     progress: float,
     start: float,
     others: _Others | None,
+    *,
+    some: bool,
 ) -> TaskReport:
-    """Return the report of a scene that neither most motions nor a script get to the decisive stage.
+    """Return the report of a scene that neither most motions nor a script get to where they are wanted.
 
     Args:
         scene: The scene.
@@ -234,6 +250,7 @@ def _attributed(
         progress: Mean over the searches.
         start: Progress before anything moves.
         others: Makes other placements.
+        some: Whether a search got there.
     """
     from aidsr.learn.openloop.failure_attribution import attribute_failure
     from aidsr.learn.openloop.trace import trace
@@ -252,7 +269,7 @@ def _attributed(
         lines += compared
     summary = _summary(scene.task, attempts, start)
     again = record(scene, script_policy(scene, script), variation=tried)
-    them = "those that fell short" if any(attempt.decisive for attempt in attempts) else "them"
+    them = "those that fell short" if some else "them"
     account = [*lines, f"The best of {them}, as a script:", script, "What happened:", again.text()]
     return TaskReport(
         phase=phase,
@@ -301,7 +318,7 @@ def _summary(task: Task, attempts: list[Attempt], start: float) -> str:
     text = f'Tried on its task without learning, {reached} of {len(searches)} searches reach "{words}" (progress '
     text += f"{limit:.2f}): they come to {told}"
     for attempt in attempts[len(searches) :]:
-        text += f", and a script that was searched from the best that does not to {attempt.progress:.2f}"
+        text += f", and a script that was searched from the best that fell short to {attempt.progress:.2f}"
     best = max(attempts, key=lambda attempt: attempt.progress)
     return f"{text}. The best: {best.reached}. It starts at progress {start:.2f}."
 
