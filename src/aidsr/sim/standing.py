@@ -18,6 +18,7 @@ from aidsr.sandbox.isolated import isolated
 from aidsr.sandbox.limits import Limits
 from aidsr.sim.assembly import assemble
 from aidsr.sim.drive import neutral_ctrl, set_act
+from aidsr.sim.geom_distance import geom_distance_m
 from aidsr.sim.placement import mount_pose
 from aidsr.sim.structure import read_structure
 from aidsr.sim.task_sensors import TaskSensor
@@ -147,10 +148,7 @@ class _Heights:
         """Return the least distance to the environment at a height, negative where they overlap [m]."""
         self._put(height_m)
         return min(
-            (
-                mujoco.mj_geomDistance(self._model, self._data, one, other, _FARTHEST_M, None)
-                for one, other in self._pairs
-            ),
+            (geom_distance_m(self._model, self._data, one, other, _FARTHEST_M) for one, other in self._pairs),
             default=_FARTHEST_M,
         )
 
@@ -158,8 +156,7 @@ class _Heights:
         """Return what the robot overlaps with most as it is placed, "" where there is nothing."""
         self._put(0.0)
         gaps = [
-            (mujoco.mj_geomDistance(self._model, self._data, one, other, _FARTHEST_M, None), other)
-            for one, other in self._pairs
+            (geom_distance_m(self._model, self._data, one, other, _FARTHEST_M), other) for one, other in self._pairs
         ]
         gap_m, other = min(gaps, default=(1.0, 0))
         name = self._model.geom(other).name or self._model.body(self._model.geom_bodyid[other]).name

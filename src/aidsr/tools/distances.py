@@ -10,6 +10,7 @@ import numpy as np
 
 from aidsr.core.errors import UserError
 from aidsr.core.suggestions import closest_name
+from aidsr.sim.geom_distance import geom_distance_m
 from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.tasks.readings import FloatArray
 
@@ -65,7 +66,7 @@ def find_pairs(model: mujoco.MjModel, pairs: Sequence[tuple[str, str]]) -> list[
 def distance_m(model: mujoco.MjModel, data: mujoco.MjData, first: Named, second: Named) -> float:
     """Return the distance between two points, a point and a surface, or two surfaces (negative inside) [m].
 
-    Source: `mj_geomDistance`.
+    Source: `geom_distance_m`.
     """
     if first.site >= 0 and second.site >= 0:
         return float(np.linalg.norm(data.site_xpos[first.site] - data.site_xpos[second.site]))
@@ -73,7 +74,7 @@ def distance_m(model: mujoco.MjModel, data: mujoco.MjData, first: Named, second:
         point, shape = (first, second) if first.site >= 0 else (second, first)
         return _from_point_m(model, data, data.site_xpos[point.site], shape)
     least: float = min(
-        mujoco.mj_geomDistance(model, data, one, other, _FAR_M, None) for one in first.geoms for other in second.geoms
+        geom_distance_m(model, data, one, other, _FAR_M) for one in first.geoms for other in second.geoms
     )
     return least
 

@@ -15,6 +15,7 @@ from aidsr.learn.episodes.rollout import Constant, EpisodeOutcomes, Policy, roll
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.sim.divergence import body_speeds
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
+from aidsr.sim.geom_distance import geom_distance_m
 from aidsr.tasks import GoalTask, Variation, apply_to_simulation
 from aidsr.tasks.goals.goal import Goal, unit
 from aidsr.tasks.goals.move import Lift, Travel
@@ -258,7 +259,7 @@ class _Recorder:
         at = self._data.site_xpos[self._site]
         gaps = [(float(np.linalg.norm(point - at)), name) for name, point in self._points.items()]
         gaps += [
-            (mujoco.mj_geomDistance(self._model, self._data, geom, other, _FAR_M, None), name)
+            (geom_distance_m(self._model, self._data, geom, other, _FAR_M), name)
             for body, name in self._targets.items()
             for other in self._geoms(body)
             for part in self._parts

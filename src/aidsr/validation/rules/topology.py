@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import Fault
+from aidsr.sim.geom_distance import geom_distance_m
 from aidsr.sim.structure import Chain, joined_bodies
 from aidsr.validation.consequences import FALL, NO_MOTION
 from aidsr.validation.robot_under_test import RobotUnderTest
@@ -141,7 +142,7 @@ DISCONNECTED = Rule(
 def _find_gaps(robot: RobotUnderTest) -> Iterator[Fault]:
     """Find neighbouring segments of a chain that are far from touching, and limbs far from what carries them.
 
-    Source: our choice; `mj_geomDistance` between the nearest geoms of both.
+    Source: our choice; `geom_distance_m` between the nearest geoms of both.
     """
     chains, data = robot.structure.chains, robot.drawn
     places = (
@@ -196,7 +197,7 @@ def _gap_share(robot: RobotUnderTest, data: mujoco.MjData, chain: Chain, before:
     if not ours or not theirs or spacing_m == 0:
         return 0.0
     reach_m = 10 * spacing_m
-    gaps_m = (float(mujoco.mj_geomDistance(robot.model, data, a, b, reach_m, None)) for a in ours for b in theirs)
+    gaps_m = (geom_distance_m(robot.model, data, a, b, reach_m) for a in ours for b in theirs)
     return min(gaps_m) / spacing_m
 
 
