@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from benchmarks.teams.run import Floor, Row, table
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from benchmarks.teams.run import Asked, Floor, Row, row_of, table
+
+import aidsr
+from aidsr.core.calls import CallRecord, Question, Usage
+from scenes import small_arm
 
 
 def row(design: int, **facts) -> Row:
@@ -53,3 +61,37 @@ def test_the_floor_is_the_most_that_an_untrained_policy_wins_in_the_same_scene()
     assert titled(table([WON], [floor]), "task")["floor"] == "15%"
     assert titled(table([WON], [floor.model_copy(update={"scene_sha256": "b"})]), "task")["floor"] == ""
     assert titled(table([WON]), "task")["perturbed, kept"] == "95%"
+
+
+@dataclass
+class Writes:
+    """A model that writes one robot, whatever it is asked."""
+
+    mjcf: str
+    name: str = "writes"
+
+    def ask(self, question: Question) -> CallRecord:
+        reply = f'```json\n{{"functional_part": "tip"}}\n```\n```xml\n{self.mjcf}\n```'
+        return CallRecord(
+            question=question, model=self.name, reply=reply, finish="stop", usage=Usage(calls=1), started="2026-01-01"
+        )
+
+
+@pytest.mark.parametrize(("mjcf", "stable"), [(small_arm(), True), (small_arm(damping=0), False)])
+def test_a_robot_that_was_taken_as_written_is_validated_before_it_is_trained(
+    mjcf: str, stable: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Trained(Exception):
+        pass
+
+    def train(*_given: object, **_options: object) -> None:
+        raise Trained
+
+    monkeypatch.setattr("benchmarks.teams.run.train", train)
+    run = aidsr.design(task="button_pushing", model=Writes(mjcf), method="direct", concepts=1, runs=tmp_path)
+    if stable:
+        with pytest.raises(Trained):
+            row_of(run, run.design(1), Asked(steps=100, perturbed=False))
+    else:
+        found = row_of(run, run.design(1), Asked(steps=100, perturbed=False))
+        assert (found.outcome, found.first_stable, found.valid) == ("not stable", False, False)
