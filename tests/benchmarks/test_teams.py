@@ -81,16 +81,16 @@ class Writes:
 def test_a_robot_that_was_taken_as_written_is_validated_before_it_is_trained(
     mjcf: str, stable: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    class Trained(Exception):
+    class TrainedError(Exception):
         pass
 
     def train(*_given: object, **_options: object) -> None:
-        raise Trained
+        raise TrainedError
 
     monkeypatch.setattr("benchmarks.teams.run.train", train)
     run = aidsr.design(task="button_pushing", model=Writes(mjcf), method="direct", concepts=1, runs=tmp_path)
     if stable:
-        with pytest.raises(Trained):
+        with pytest.raises(TrainedError):
             row_of(run, run.design(1), Asked(steps=100, perturbed=False))
     else:
         found = row_of(run, run.design(1), Asked(steps=100, perturbed=False))
