@@ -93,6 +93,18 @@ def test_a_robot_is_kept_edited_and_fixed_under_new_names(tmp_path: Path) -> Non
     assert "; fixed from robot_3" in call(work, "fix", robot="robot_3")
 
 
+def test_groups_and_the_functional_part_change_without_a_patch(tmp_path: Path) -> None:
+    work = Workspace(tmp_path)
+    call(work, "validate", mjcf=small_arm(), functional_part="tip", mount="fixed")
+    groups = [{"name": "both", "actuators": ["pull_left", "pull_right"]}]
+    assert call(work, "edit", robot="robot_1", actuator_groups=groups).startswith("robot_2: stable; changed from")
+    before, after = work.robot("robot_1"), work.robot("robot_2")
+    assert after.mjcf == before.mjcf
+    assert [group.name for group in after.actuator_groups] == ["both"]
+    call(work, "edit", robot="robot_2", functional_part="base")
+    assert work.robot("robot_3").functional_part == "base"
+
+
 def test_a_scene_is_played_and_its_file_can_be_read(tmp_path: Path) -> None:
     work = with_cart(tmp_path)
     played = call(work, "play", scene="scene_1", script="drive: 0.4", seconds=1.0)
@@ -258,6 +270,7 @@ def test_a_picture_is_drawn(tmp_path: Path) -> None:
             'not for "tunnel"',
         ),
         ("edit", {"robot": "robot_1", "patch": "<set sel='//tendon' width='1'/>"}, "selects no element"),
+        ("edit", {"robot": "robot_1"}, "nothing would change: give a patch"),
         ("read", {"name": "file_3.csv"}, 'no file "file_3.csv"; files: none yet'),
         ("read", {"name": "file_1/../../goal.toml"}, "no file"),
     ],

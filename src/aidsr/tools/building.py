@@ -75,9 +75,9 @@ def edit(
             max_length=MAX_CHARACTERS,
             description="A <patch> of operations that select elements by XPath: <set sel=\"//joint[@name='bend_1']\" "
             'stiffness="0.4"/>, <add sel="//body[@name=\'foot\']">…</add>, <replace sel="…">…</replace>, '
-            '<remove sel="…"/>.',
+            '<remove sel="…"/>. Empty where only functional_part or actuator_groups change.',
         ),
-    ],
+    ] = "",
     functional_part: Annotated[
         str, Field(max_length=_MOST_OF_A_NAME, description="Another functional part; as before unless given.")
     ] = "",
@@ -87,12 +87,18 @@ def edit(
 ) -> Result:
     """Change a robot by a patch, keep the result under a new name, and validate it."""
     before = workspace.robot(robot)
-    try:
-        mjcf = apply_patch(before.mjcf, patch if "<patch" in patch else f"<patch>{patch}</patch>")
-    except ReplyError as error:
-        raise UserError(str(error)) from None
     groups = before.actuator_groups if actuator_groups is None else actuator_groups
-    changed = Robot(mjcf=mjcf, functional_part=functional_part or before.functional_part, actuator_groups=groups)
+    part = functional_part or before.functional_part
+    if patch.strip():
+        try:
+            mjcf = apply_patch(before.mjcf, patch if "<patch" in patch else f"<patch>{patch}</patch>")
+        except ReplyError as error:
+            raise UserError(str(error)) from None
+    elif (part, groups) == (before.functional_part, before.actuator_groups):
+        raise UserError("nothing would change: give a patch, another functional_part or other actuator_groups")
+    else:
+        mjcf = before.mjcf
+    changed = Robot(mjcf=mjcf, functional_part=part, actuator_groups=groups)
     return _kept(workspace, changed, (f"changed from {robot}",), task=workspace.task_of_robot(robot))
 
 
