@@ -37,7 +37,7 @@ from aidsr.core.provenance import commit, processor
 from aidsr.core.rates import Rate
 from aidsr.learn.rl.evaluation import VERDICT_EPISODES
 from aidsr.learn.rl.policy import without_critics
-from aidsr.learn.rl.recipe import PROTOCOLS
+from aidsr.learn.rl.recipe import PROTOCOLS, Recipe
 from aidsr.learn.rl.training import BUDGET_STEPS
 from aidsr.learn.rl.training_folder import TrainingFolder
 from aidsr.runs.files import replace_file
@@ -163,6 +163,11 @@ def _recipe(protocol: Protocol) -> dict[str, Any]:
     return PROTOCOLS[protocol].model_dump(mode="json")
 
 
+def _with_defaults(recipe: dict[str, Any] | None) -> dict[str, Any] | None:
+    """Return a recipe of a row with those numbers that it was too early to have, as they are by default."""
+    return recipe and Recipe().model_dump(mode="json") | recipe
+
+
 def plan_of(rows: Sequence[Row]) -> StudyPlan:
     """Return the plan that rows follow.
 
@@ -257,7 +262,7 @@ def merged(study: Study, published: Sequence[Row]) -> list[Row]:
 
 
 def _fitting(row: Row, plan: StudyPlan, where: Path) -> Row:
-    conditions = (row.benchmark_version, row.level, row.most_steps, row.recipe)
+    conditions = (row.benchmark_version, row.level, row.most_steps, _with_defaults(row.recipe))
     recipe = _recipe(plan.protocol)
     asked = conditions == (plan.benchmark_version, plan.level, plan.steps, recipe)
     if not asked or row.task not in plan.tasks or row.design > plan.runs or row.policy_seed >= plan.seeds:

@@ -194,7 +194,7 @@ class _Watch:
 
     def __init__(self, scene: TaskScene, recipe: Recipe, folder: Path, steps: int) -> None:
         self.folder, self._curve = folder, _Curve()
-        self._scene, self._recipe = scene.with_hold(recipe.hold_steps), recipe
+        self._scene, self._recipe = recipe.acting_in(scene), recipe
         self._every, self._next, self._steps = steps // _EVALUATIONS, 0, 0
 
     def listen(self, point: CurvePoint) -> None:

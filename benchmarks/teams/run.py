@@ -37,7 +37,7 @@ from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import EpisodeOutcomes, rollout
 from aidsr.learn.rl.evaluation import VERDICT_EPISODES
 from aidsr.learn.rl.policy import one_torch_thread
-from aidsr.learn.rl.recipe import PROTOCOLS
+from aidsr.learn.rl.recipe import recipe_of
 from aidsr.learn.rl.trained import FinishedTraining, evaluate_training
 from aidsr.learn.rl.training import train
 from aidsr.runs import Run, read_status
@@ -97,6 +97,8 @@ class Row(Artifact):
     """Share of success kept where parameters, delays and friction are off, in 20 episodes of each kind, in the
     first 37 rows in 100; None where the verdict is no success."""
     failed_checks: tuple[str, ...] = ()
+    script: str = ""
+    """With which training began: the designer's, who saw it win half of some variations or more; "" for nothing."""
     steps: int = 0
     most_steps: int = 0
     training_s: float = 0.0
@@ -213,8 +215,9 @@ def row_of(run: Run, folder: DesignFolder, asked: Asked) -> Row:
     if run.asked().config.method in UNVALIDATED and not _stable(run, folder):
         return row.model_copy(update={"outcome": "not stable", "first_stable": False})
     home = folder.path / "training" / f"best-{asked.steps}"
-    found = find_scene(folder).for_learning("auto")
-    training = train(found, home, steps=asked.steps, recipe=PROTOCOLS["best"], threads=1)
+    found = find_scene(folder)
+    recipe = recipe_of("best", script=found.script)
+    training = train(found.for_learning("auto"), home, steps=asked.steps, recipe=recipe, threads=1)
     verdict = Training(home).evaluation.read() or evaluate_training(
         home, episodes=FIRST_EPISODES, threads=1, videos=False, perturbed="successful" if asked.perturbed else False
     )
@@ -233,6 +236,7 @@ def row_of(run: Run, folder: DesignFolder, asked: Asked) -> Row:
             "episodes": len(won),
             "kept_perturbed": _kept(verdict) if successful else None,
             "failed_checks": tuple(check.name for check in verdict.checks if not check.passed),
+            "script": found.script,
             "steps": training.steps,
             "training_s": round(training.wall_s, 1),
             "commit": verdict.commit,
@@ -281,7 +285,8 @@ def table(rows: Sequence[Row], floors: Sequence[Floor] = ()) -> str:
         "at least half of them won. Tokens are visible ones, by bytes / 3. "
         f"Intervals: Wilson, 95 %. *Floor*: the most that idling, the best of {CONSTANTS} constant actions or random "
         f"actions win in the scene of a successful design, of {FLOOR_EPISODES} held-out episodes (`--floors`). "
-        "*Perturbed, kept*: the share of success left in perturbed scenes (`--perturbed`). Empty: not measured.",
+        "*Perturbed, kept*: the share of success left in perturbed scenes (`--perturbed`). *Script*: the policy begins "
+        "with the motion by which its designer saw the robot win, and corrects it. Empty: not measured, or none.",
         "",
         "| arm | tasks | designs | first robot stable | approved | valid | successful | tokens a design | "
         "calls a design | tokens a successful design |",
@@ -292,8 +297,8 @@ def table(rows: Sequence[Row], floors: Sequence[Floor] = ()) -> str:
         f"{PAPER_TOKENS_A_SUCCESS:,.0f} tokens a successful design, on tasks that are not public.",
         "",
         "| task | arm | concept | outcome | valid | successful | episodes won | progress | perturbed, kept | "
-        "floor | iterations | calls | tokens | designing, wall s |",
-        "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|",
+        "floor | script | iterations | calls | tokens | designing, wall s |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|",
         *(
             line_of(row, floor_of.get(row.scene_sha256))
             for row in sorted(rows, key=lambda row: (row.task, row.arm, row.run, row.design))
@@ -327,7 +332,8 @@ def line_of(row: Row, floor: Floor | None = None) -> str:
     words = [row.task, row.arm, row.concept, row.outcome]
     words += [_yes(row.valid), _yes(row.successful), f"{row.success_share:.0%}", f"{row.progress:.2f}"]
     words += ["" if row.kept_perturbed is None else f"{row.kept_perturbed:.0%}"]
-    words += [f"{max(floor.wins.values()) / floor.episodes:.0%}" if floor else "", str(row.iterations), str(row.calls)]
+    words += [f"{max(floor.wins.values()) / floor.episodes:.0%}" if floor else "", "yes" if row.script else ""]
+    words += [str(row.iterations), str(row.calls)]
     words += [f"{row.tokens:,}", "" if row.latency_s is None else f"{row.latency_s:.0f}"]
     return "| " + " | ".join(words) + " |"
 

@@ -151,6 +151,7 @@ def train(
     smoothing: float = 0.0,
     randomize: bool = False,
     stop_hopeless: bool = False,
+    script: str | None = None,
     threads: int = 0,
     tensorboard: bool = False,
     again: bool = False,
@@ -182,6 +183,9 @@ def train(
             cables.
         stop_hopeless: End a training in which no episode has succeeded after 70 % of its steps; with protocol "best".
         threads: Native threads for physics; 0 takes all processors. Results do not depend on it.
+        script: Motion that the policy begins with and corrects, see `aidsr.learn.openloop.script.GRAMMAR`; with
+            protocol "best". The one with which the design's author saw it do the job, where there is one, unless given;
+            "" for none.
         tensorboard: Also write logs for TensorBoard.
         again: Train from scratch, into the next folder, even if earlier calls left a finished or stopped training.
         listen: Called with every point of the learning curve.
@@ -200,14 +204,21 @@ def train(
     require_extra("rl", "training")
     from aidsr.learn.rl.recipe import recipe_of
 
-    recipe = recipe_of(
-        protocol, from_probe=from_probe, smoothing=smoothing, randomize=randomize, stop_hopeless=stop_hopeless
-    )
     if minutes is not None:
         check_type(minutes, (int, float), "minutes must be a number")
         if not minutes > 0:
             raise UserError(f"minutes must be above 0: {minutes:g}")
+    recipe = recipe_of(
+        protocol,
+        from_probe=from_probe,
+        smoothing=smoothing,
+        randomize=randomize,
+        stop_hopeless=stop_hopeless,
+        script=script or "",
+    )
     found = find_scene(design, task, level=level, goal=goal)
+    if script is None and protocol == "best":
+        recipe = recipe.model_copy(update={"script": found.script})
     return train_policy(
         found,
         Path(out) if out else found.home / "training",
@@ -423,6 +434,8 @@ class DesignedScene:
     """Actuators that act together."""
     home: Path
     """Folder in which training/ belongs."""
+    script: str = ""
+    """Motion with which its author saw the robot do this job; "" for none."""
 
     def as_text(self) -> tuple[str, str | Task, Level, tuple[ActuatorGroup, ...]]:
         """Return MJCF, task, level and groups, as a child process takes them.
@@ -500,6 +513,7 @@ def _scene_of_design(design: DesignFolder, task: str | Task, level: Level | None
     design.require_whole()
     record = run.record.read()
     known_task, known_level = (record.task, record.level) if record and record.task else ("", "")
+    is_own_job = not goal and (task or known_task) == known_task and level in (None, known_level)
     if not (task or goal or known_task):
         goal = run.goal.path
         if not goal.exists():
@@ -510,7 +524,8 @@ def _scene_of_design(design: DesignFolder, task: str | Task, level: Level | None
     robot = newest(it.robot.read() for it in design.leading_to())
     groups = robot.actuator_groups if robot else ()
     measure = _measure(scene, task or known_task, level, goal)
-    return DesignedScene(scene, measure, level or known_level or "standard", groups, design.path)
+    script = robot.script if robot and is_own_job else ""
+    return DesignedScene(scene, measure, level or known_level or "standard", groups, design.path, script)
 
 
 def _measure(scene: str | Path, task: str | Task, level: Level | None, goal: str | Path) -> str | Task:

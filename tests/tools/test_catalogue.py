@@ -313,6 +313,9 @@ def test_a_short_training_is_told(tmp_path: Path) -> None:
     shown = told.partition("one episode that it ")[2]
     assert re.match(r"(won|lost), played again:\n[\d.]+ s of development variation \d+, best progress ", shown)
     assert "\ncentre of mass: from " in shown
-    assert "It cannot begin with a script." in TOOLS["train"].description
+    begun = call(work, "train", scene="scene_1", steps=4000, script="*: t=0 1, t=3 1")
+    assert "until its policy succeeded nearly always; 20 episodes" in begun
+    with pytest.raises(UserError, match='no group "wheel"'):
+        call(work, "train", scene="scene_1", steps=4000, script="wheel: 1")
     score = OWNER_TOOLS["evaluate"].call(work, {"scene": "scene_1", "episodes": 20}).text
     assert " of 20 held-out variations" in score

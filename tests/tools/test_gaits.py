@@ -8,9 +8,9 @@ import pytest
 from tests.tools.carts import cart, only
 
 from aidsr.core.errors import UserError
+from aidsr.learn.openloop.script import parse_script
 from aidsr.tools.gaits import random_gaits
 from aidsr.tools.playing import play
-from aidsr.tools.script import parse_script
 
 
 def test_a_body_that_cannot_turn_drifts_by_nothing(tmp_path: Path) -> None:

@@ -8,9 +8,9 @@ from tests.tools.carts import CART
 from aidsr.core.artifacts import Attempt, CritiqueIssue, Placement, Robot, Scene
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop.motion import GroupMotion, Motion
+from aidsr.learn.openloop.script import parse_script
 from aidsr.tasks import goal_task, load_task, parse_goal
 from aidsr.tools import playing, trial
-from aidsr.tools.script import parse_script
 from aidsr.tools.script_search import WAYPOINTS, Scripts, search_script
 from aidsr.tools.trial import try_scene, try_task
 from scenes import small_arm, small_scene

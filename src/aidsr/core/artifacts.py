@@ -174,6 +174,8 @@ class Robot(Artifact):
     """Name of the body or site that does the work."""
     actuator_groups: tuple[ActuatorGroup, ...] = ()
     notes: str = ""
+    script: str = ""
+    """Motion with which its author saw it do the job, in the notation of `aidsr.learn.openloop.script`; "" for none."""
 
 
 class Repairs(Artifact):

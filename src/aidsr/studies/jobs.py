@@ -218,7 +218,8 @@ def _train(study: Study, job: Job) -> None:
     robot = next(robot for it in design.leading_to() if (robot := it.robot.read()))
     scene = DesignedScene(design.final_scene.path, job.cell.task, study.plan.level, robot.actuator_groups, design.path)
     folder = training_folder_of(design, job.seed)
-    recipe = recipe_of(study.plan.protocol, from_probe=arm.from_probe)
+    script = robot.script if study.plan.protocol == "best" else ""
+    recipe = recipe_of(study.plan.protocol, from_probe=arm.from_probe, script=script)
     train_policy(
         scene,
         folder.parent,

@@ -10,7 +10,6 @@ workspace   the folder of robots, scenes and files under names
 jobs        list_tasks, read_task, make_task
 building    validate, edit, fix, assemble, look, read
 measuring   play, probe, measure, sweep, train, evaluate
-script      the notation of motions
 statics     bends, load, clearances: a body at rest
 gaits       heading drift, velocity and first touch under random gaits
 

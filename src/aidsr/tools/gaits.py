@@ -44,8 +44,8 @@ def random_gaits(
     from aidsr.core.errors import UserError
     from aidsr.learn.openloop.motion import Motions, OpenLoopPolicy
     from aidsr.learn.openloop.motion_search import MotionSpace
+    from aidsr.learn.openloop.script import script_of
     from aidsr.tools.playing import record
-    from aidsr.tools.script import script_of
 
     if not (1 <= gaits <= MOST_GAITS and seconds > 0):
         raise UserError(f"gaits must be 1 to {MOST_GAITS} and seconds above 0: {gaits}, {seconds:g}")

@@ -17,6 +17,7 @@ from aidsr.core.extras import require_extra
 from aidsr.core.formatting import format_check
 from aidsr.core.numbered import numbered_in
 from aidsr.learn.openloop.film import film
+from aidsr.learn.openloop.script import GRAMMAR
 from aidsr.runs.trainings import Training, learning_in_words
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.sim.ownership import ROBOT_PREFIX
@@ -29,7 +30,6 @@ from aidsr.tools.playing import play_policy, play_variations
 from aidsr.tools.probing import probe_motions
 from aidsr.tools.recording import Recording, validity_in_words
 from aidsr.tools.scene import MeasuredScene
-from aidsr.tools.script import GRAMMAR
 from aidsr.tools.statics import bends, clearances, load
 from aidsr.tools.tool import Result, shortened
 from aidsr.tools.workspace import Workspace
@@ -109,7 +109,10 @@ def play(
     else:
         lines = [*played[0].text().splitlines()]
         lines += [f"every control step: read {workspace.add_file(played[0].csv(), 'csv')}"]
-    figures = {"progress": fmean(one.best_progress for one in played)}
+    figures = {
+        "progress": fmean(one.best_progress for one in played),
+        "success": fmean(one.succeeded for one in played),
+    }
     return Result(text="\n".join([lines[0], *unstable(workspace, scene), *lines[1:]]), figures=figures)
 
 
@@ -237,16 +240,21 @@ def train(
     workspace: Workspace,
     scene: SceneName,
     steps: Annotated[int, Field(ge=2000, le=500_000, description="Control steps.")] = 50_000,
+    script: Annotated[
+        str,
+        Field(description="Motion to begin with, as for play; the policy then changes its actions by at most 0.3."),
+    ] = "",
 ) -> Result:
-    """Train a policy from nothing and say how it learned, what it wins, whether it is valid, and what it does.
+    """Train a policy and say how it learned, what it wins, whether it is valid, and what it does.
 
-    Takes many minutes. It cannot begin with a script. Valid means: the physics is plausible, with slack cables or a
-    locked soft body the policy loses, and without the robot's other actuators it still wins.
+    Takes many minutes from nothing, less with a script that wins already: where that wins nearly always, training ends
+    there. Valid means: the physics is plausible, with slack cables or a locked soft body the policy loses, and without
+    the robot's other actuators it still wins.
     """
     require_extra("rl", "training")
     from aidsr.learn.rl.evaluation import LEAST_EPISODES
     from aidsr.learn.rl.isolated_learning import train_in_child
-    from aidsr.learn.rl.recipe import PROTOCOLS
+    from aidsr.learn.rl.recipe import recipe_of
 
     subject = workspace.subject(scene)
     subject.require_job()
@@ -262,7 +270,7 @@ def train(
         number="",
         steps=steps,
         seed=0,
-        recipe=PROTOCOLS["best"],
+        recipe=recipe_of("best", script=script),
         minutes=None,
         threads=1,
         tensorboard=False,

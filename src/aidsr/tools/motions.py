@@ -55,7 +55,7 @@ def controls(scene: MeasuredScene, script: str, seconds: float) -> Controls:
     """
     import numpy as np
 
-    from aidsr.tools.script import parse_script
+    from aidsr.learn.openloop.script import parse_script
 
     loaded = scene.load()
     names = [group.name for group in loaded.actions.groups]

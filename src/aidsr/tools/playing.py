@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from aidsr.learn.episodes.batch import Episodes
     from aidsr.learn.episodes.rollout import Policy
     from aidsr.learn.episodes.scene import TaskScene
+    from aidsr.learn.openloop.script import Script, ScriptPolicy
     from aidsr.tasks.readings import BoolArray
     from aidsr.tasks.variation import Variation
-    from aidsr.tools.script import Script, ScriptPolicy
 
 _LIMITS = Limits(wall_s=7200.0, cpu_s=4800.0)
 """Our choice: many times what eight episodes of the largest built-in body take."""
@@ -55,7 +55,7 @@ def play_variations(
 
     Args:
         scene: The scene.
-        script: See `aidsr.tools.script.GRAMMAR`.
+        script: See `aidsr.learn.openloop.script.GRAMMAR`.
         variations: Indices of the development variations.
         seconds: How long to play; the task's time limit unless given.
         distances: Pairs of sites, or of geoms or bodies, whose distance is measured at every control step.
@@ -65,7 +65,7 @@ def play_variations(
         MjcfError: The scene cannot be loaded.
         IsolationError: Playing ran past its limits.
     """
-    from aidsr.tools.script import parse_script
+    from aidsr.learn.openloop.script import parse_script
 
     loaded, tracks = scene.load(), parse_script(script)
     played = [
@@ -164,9 +164,9 @@ def record(
         smoothing: Share of the previous action that is kept in the next, as the policy was trained with.
     """
     from aidsr.learn.episodes.rollout import rollout
+    from aidsr.learn.openloop.script import ScriptPolicy
     from aidsr.tools.commands import unnamed_in_words
     from aidsr.tools.recorder import Recorder
-    from aidsr.tools.script import ScriptPolicy
 
     chosen = scene.task.variation("development", variation)
     episodes = _episodes(scene, scene.model, [chosen], seconds, smoothing)

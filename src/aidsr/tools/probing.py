@@ -60,8 +60,8 @@ def probe_motions(
     from aidsr.core.errors import UserError
     from aidsr.learn.openloop import probe_scene
     from aidsr.learn.openloop.motion_search import ALL_KINDS
+    from aidsr.learn.openloop.script import parse_script, script_of
     from aidsr.tools.playing import record
-    from aidsr.tools.script import parse_script, script_of
 
     if not 1 <= len(set(seeds)) == len(seeds) <= _MOST_SEEDS:
         raise UserError(f"seeds must be 1 to {_MOST_SEEDS} different numbers: {list(seeds)}")

@@ -18,9 +18,9 @@ from aidsr.learn.episodes.rollout import EpisodeOutcomes, rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop.motion import Motion, Motions
 from aidsr.learn.openloop.probe_scene import fitness_of
+from aidsr.learn.openloop.script import ScriptPolicy, parse_script
 from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.tasks import Variation
-from aidsr.tools.script import ScriptPolicy, parse_script
 
 FloatArray = NDArray[np.float64]
 
@@ -99,7 +99,7 @@ class Scripts:
         )
 
     def text(self, names: list[str]) -> str:
-        """Return the first of them in the notation of `aidsr.tools.script`."""
+        """Return the first of them in the notation of `aidsr.learn.openloop.script`."""
         lines = []
         for group, name in enumerate(names):
             points = ", ".join(f"t={t:.4g} {a:.3g}" for t, a in zip(self.times_s, self.actions[0, group], strict=True))

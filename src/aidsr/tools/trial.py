@@ -120,7 +120,7 @@ def try_scene(
     wanted: Wanted = "decisive",
 ) -> TaskReport:
     """Do the work of `try_task` in this process, with a scene that is loaded."""
-    from aidsr.tools.script import script_of
+    from aidsr.learn.openloop.script import script_of
 
     reports: list[ProbeReport] = []
     for seed in range(first_seed, first_seed + SEEDS):

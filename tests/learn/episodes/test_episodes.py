@@ -55,6 +55,27 @@ def test_an_action_is_held_from_the_beginning_of_each_episode():
     assert np.allclose(np.transpose(done), [[0, 0, 0, 0.3, 0.3, 0.3, 0.6, 0.6], [0, 0, 0, 0.3, 0.4, 0.4, 0.4, 0.7]])
 
 
+def test_actions_may_correct_a_motion():
+    """The motion goes on while its correction is held, by the clock of each episode."""
+
+    class Ramp:
+        def at(self, time_s):
+            return np.stack([time_s, -time_s], axis=-1)
+
+    scene = small_learning().with_hold(2).with_base(Ramp(), 0.5)
+    variations = [scene.task.variation("development", index) for index in range(2)]
+    episodes = Episodes(scene.model, scene.task, scene.actions, variations, threads=1)
+    done = []
+    for step in range(3):
+        if step == 2:
+            episodes.reset(np.array([1]), [variations[1]])
+        episodes.step(np.array([[0.2, 0.0], [0.2, -1.0]]) if step != 1 else np.ones((2, 2)))
+        done.append(episodes.observation[:, 14:16].round(3).tolist())
+    first, second = np.swapaxes(done, 0, 1)
+    assert np.allclose(first, [[0.1, 0.0], [0.14, -0.04], [0.18, -0.08]])
+    assert np.allclose(second, [[0.1, -0.5], [0.14, -0.54], [0.1, -0.5]])
+
+
 def test_what_is_observed():
     """Joints 4 + 4, tendons 2 + 2, forces 2, last action 2, features 9."""
     episodes = begun(2)

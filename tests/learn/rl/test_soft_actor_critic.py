@@ -32,7 +32,7 @@ from aidsr.learn.rl.trained import FinishedTraining, evaluate_training
 from aidsr.learn.rl.training import train
 from aidsr.learn.rl.training_folder import TrainingFolder
 from aidsr.tasks import Feature, Variation
-from scenes import QuickPushing, small_learning
+from scenes import Always, QuickPushing, small_learning
 
 SMALL = Recipe(
     algorithm="sac",
@@ -105,6 +105,17 @@ class WonAtFirst(TwoSided):
     def is_success(self, readings, state):
         type(self).played += readings.n == SMALL.simulations
         return np.full(readings.n, readings.n == SMALL.simulations and self.played < 160)
+
+    def is_failure(self, readings, state):
+        return np.zeros(readings.n, dtype=bool)
+
+
+@dataclass(frozen=True)
+class WonByTheScript(TwoSided):
+    """Won, but for one of ten episodes, while nothing is learned yet: in batches of another size than in training."""
+
+    def is_success(self, readings, state):
+        return np.full(readings.n, readings.n != SMALL.simulations) & (np.arange(readings.n) % 10 > 0)
 
     def is_failure(self, readings, state):
         return np.zeros(readings.n, dtype=bool)
@@ -358,6 +369,67 @@ def test_a_policy_is_judged_with_actions_held_as_it_learned_them(tmp_path):
     assert len(evaluate_training(tmp_path, episodes=20, threads=1, videos=False).episodes) == 20
 
 
+BENDS = "pull_left: t=0 -1, t=0.2 1"
+"""A script by which the arm bends to one side."""
+
+
+def beginning_with(script, **changes):
+    return SMALL.model_copy(update={"script": script, **changes})
+
+
+def test_a_script_that_wins_nearly_always_is_the_policy(tmp_path):
+    recipe = beginning_with(BENDS)
+    result = trained(tmp_path, QuickPushing, recipe=recipe)
+    assert (result.stopped, result.success_share, result.episodes) == ("saturated", 1.0, 20)
+    assert 0 < result.steps < 20 * 25
+    assert [event["kind"] for event in events(tmp_path)] == ["started", "tested", "checkpoint", "finished"]
+    assert len((tmp_path / "curve.csv").read_text().splitlines()) == 2
+    plain = small_learning(QuickPushing())
+    scene, policy = recipe.acting_in(plain), policy_of(tmp_path)
+
+    def play(scene, policy):
+        variations = [scene.task.variation("held_out", 0)]
+        return rollout(Episodes(scene.model, scene.task, scene.actions, variations), policy)
+
+    assert play(scene, policy).success[0]
+    assert play(scene, policy).reward == play(scene, Always(0.0, 0.0)).reward, "it corrects nothing"
+    assert not play(plain.with_hold(3), policy).success[0]
+    found = FinishedTraining.load(tmp_path)
+    assert found.scene.actions.base
+    assert found.scene_at("hard").actions.base
+
+
+def test_a_script_that_does_not_win_is_learned_from(tmp_path):
+    """It wins on one side; where it may be changed to anything, the other is learned."""
+    recipe = PROTOCOLS["best"].model_copy(update={"script": BENDS, "correction": 2.0})
+    result = trained(tmp_path, recipe=recipe, steps=30_000)
+    first = next(event for event in events(tmp_path) if event["kind"] == "tested")
+    assert 0.2 < first["success_share"] < 0.8
+    assert result.success_share >= 0.9
+
+
+def test_what_is_learned_from_a_script_goes_on_after_a_kill(tmp_path):
+    recipe = beginning_with(BENDS)
+    with pytest.raises(KeyboardInterrupt):
+        trained(tmp_path, NeverWon, recipe=recipe, listen=at(900, KeyboardInterrupt))
+    assert trained(tmp_path, NeverWon, recipe=recipe).stopped == "budget"
+    assert [event["kind"] for event in events(tmp_path)].count("tested") == 1
+
+
+def test_where_learning_makes_a_script_worse_it_is_kept(tmp_path):
+    result = trained(tmp_path, WonByTheScript, recipe=beginning_with(BENDS), steps=3_000)
+    assert result.success_share == 0.0
+    assert [event["best"] for event in events(tmp_path) if event["kind"] == "restored"] == [0.9]
+
+
+def test_a_script_for_another_scene_is_refused_before_anything_is_written(tmp_path):
+    with pytest.raises(UserError, match='no group "wheel" in this scene'):
+        trained(tmp_path / "training", recipe=beginning_with("wheel: 1"))
+    assert not (tmp_path / "training").exists()
+    with pytest.raises(ValueError, match="a policy of PPO corrects no script"):
+        Recipe(script=BENDS)
+
+
 def test_a_protocol_is_a_recipe_and_options_are_added_to_it():
     assert recipe_of("paper") == PROTOCOLS["paper"] == Recipe()
     assert recipe_of("best", smoothing=0.7) == PROTOCOLS["best"].model_copy(update={"smoothing": 0.7})
@@ -365,6 +437,8 @@ def test_a_protocol_is_a_recipe_and_options_are_added_to_it():
         recipe_of("paper", stop_hopeless=True)
     with pytest.raises(UserError, match="from_probe needs protocol"):
         recipe_of("best", from_probe=True)
+    with pytest.raises(UserError, match="begins with a script needs protocol"):
+        recipe_of("paper", script=BENDS)
     with pytest.raises(UserError, match='no protocol "fast"'):
         recipe_of("fast")
 

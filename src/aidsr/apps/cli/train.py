@@ -29,6 +29,7 @@ def train(
     smoothing: Annotated[float, Parameter(validator=Number(gte=0, lt=1))] = 0.0,
     randomize: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     stop_hopeless: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    script: str = "own",
     threads: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     tensorboard: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     evaluate: bool = True,
@@ -82,6 +83,9 @@ def train(
         40 ms late in half of the episodes, cables that rub at their guides.
     stop_hopeless
         End a training in which no episode has succeeded after 70 % of its steps. With protocol "best".
+    script
+        Motion that the policy begins with and corrects: "own" is that with which the design's author saw it do the job,
+        where there is one; "none" trains from nothing; else a file. With protocol "best".
     threads
         Native threads for physics; 0 takes all processors. Results do not depend on it.
     tensorboard
@@ -100,13 +104,23 @@ def train(
     from aidsr.apps.cli.terminal import make_console
     from aidsr.apps.cli.training import Trainer
     from aidsr.core.errors import about
+    from aidsr.learn.openloop.script import read_script
     from aidsr.learn.rl.recipe import recipe_of
 
+    given = read_script(Path(script)) if script not in ("own", "none") else ""
     recipe = recipe_of(
-        protocol, from_probe=from_probe, smoothing=smoothing, randomize=randomize, stop_hopeless=stop_hopeless
+        protocol,
+        from_probe=from_probe,
+        smoothing=smoothing,
+        randomize=randomize,
+        stop_hopeless=stop_hopeless,
+        script=given,
     )
     found = find_scene(scene, task or "", level=level, goal=goal or "")
     console = make_console()
+    if script == "own" and protocol == "best" and found.script:
+        recipe = recipe.model_copy(update={"script": found.script})
+        console.print("The policy begins with the script of the design's author; --script none trains from nothing")
     trainer = Trainer(
         console,
         steps,

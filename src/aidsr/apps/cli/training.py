@@ -6,7 +6,7 @@ import shlex
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
@@ -110,17 +110,18 @@ def train_designs(run: Run, *, steps: int, seeds: int) -> int:
     from aidsr.api import find_scene
     from aidsr.apps.cli.reporting import print_status
     from aidsr.apps.cli.terminal import make_console
-    from aidsr.learn.rl.recipe import PROTOCOLS
+    from aidsr.learn.rl.recipe import recipe_of
     from aidsr.runs import read_status, write_summary
 
     console = make_console()
-    trainer = Trainer(console, steps, range(seeds), PROTOCOLS["best"])
+    trainer = Trainer(console, steps, range(seeds), recipe_of("best"))
     left = [one for one in run.designs if (ended := one.outcome.read()) is not None and ended.outcome == "approved"]
     successful = False
     try:
         while left:
             found = find_scene(left[0])
-            successful |= trainer.train(found, found.home / "training")
+            of_design = replace(trainer, recipe=recipe_of("best", script=found.script))
+            successful |= of_design.train(found, found.home / "training")
             left.pop(0)
             write_summary(run)
     except KeyboardInterrupt:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Protocol
 
 import mujoco
 import numpy as np
@@ -21,6 +21,15 @@ Grouping = Literal["auto", "off"]
 
 GroupsFrom = Literal["design", "symmetry", "none"]
 """Where the groups of actuators come from."""
+
+
+class OpenLoop(Protocol):
+    """A motion that is played by the clock."""
+
+    def at(self, time_s: FloatArray) -> FloatArray:
+        """Return the actions at some times [s], (n,) -> (n, k), -1 to 1."""
+        ...
+
 
 _ACTUATOR = mujoco.mjtObj.mjOBJ_ACTUATOR
 
@@ -42,6 +51,10 @@ class ActionMap:
     """Control at an action of 1, (m,)."""
     hold_steps: int = 1
     """Control steps for which an action is held before the next one counts."""
+    base: OpenLoop | None = None
+    """A motion that a policy only corrects; None where its actions are all that is done."""
+    correction: float = 1.0
+    """By how much a policy's action of 1 changes that motion."""
 
     @property
     def size(self) -> int:
@@ -54,6 +67,15 @@ class ActionMap:
         mine = np.clip(-(self.high + self.low) / (self.high - self.low), -1.0, 1.0)
         follows = np.array(self.follows)
         return np.array([mine[follows == k].mean() for k in range(self.size)])
+
+    def corrected(self, action: FloatArray, time_s: FloatArray) -> FloatArray:
+        """Return what is done where a policy acts, (n, k), -1 to 1: its action itself, or the base corrected by it.
+
+        Args:
+            action: Of the policy, (n, k), -1 to 1.
+            time_s: Since the beginning of each episode, (n,) [s].
+        """
+        return action if self.base is None else np.clip(self.base.at(time_s) + self.correction * action, -1.0, 1.0)
 
     def ctrl(self, action: FloatArray) -> FloatArray:
         """Return the controls of the driven actuators, (n, k) -> (n, m)."""

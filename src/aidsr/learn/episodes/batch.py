@@ -110,7 +110,7 @@ class Episodes:
         self._reader = Reader.of(task, self.model)
         self._body = Proprioception.of(self.model, self.structure)
         self._last_action = np.tile(actions.rest, (self.n, 1))
-        self._held = self._last_action.copy()
+        self._held: FloatArray = self._last_action.copy()
         self._age_steps = np.zeros(self.n, dtype=np.int64)
         self._models = PerturbedModels(self.batch, self.structure)
         self._delay = DelayLine(actions.rest, self.n, task.control_dt_s)
@@ -199,11 +199,13 @@ class Episodes:
         """Advance every running episode by one control step.
 
         Args:
-            action: The policy's, (n, n_actions), -1 to 1. While an earlier one is held it counts for nothing.
+            action: The policy's, (n, n_actions), -1 to 1. While an earlier one is held it counts for nothing. Where
+                the scene has a base motion, it corrects that.
         """
         asked: FloatArray = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
         is_due = self._age_steps % self.actions.hold_steps == 0
-        self._held = requested = np.where(is_due[:, None], asked, self._held)
+        self._held = held = np.asarray(np.where(is_due[:, None], asked, self._held), dtype=np.float64)
+        requested = self.actions.corrected(held, self._age_steps * self.task.control_dt_s)
         running = self.running.copy()
         self._age_steps += running
         applied = self.smoothing * self._last_action + (1.0 - self.smoothing) * requested

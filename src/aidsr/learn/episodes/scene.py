@@ -15,7 +15,7 @@ from lxml import etree
 
 from aidsr.core.artifacts import ActuatorGroup
 from aidsr.core.errors import MjcfError, UserError
-from aidsr.learn.episodes.actions import ActionMap, Grouping, GroupsFrom, map_actions, recorded_actions
+from aidsr.learn.episodes.actions import ActionMap, Grouping, GroupsFrom, OpenLoop, map_actions, recorded_actions
 from aidsr.mjcf.compile import compile_mjcf
 from aidsr.mjcf.read import open_mjcf, parse_document
 from aidsr.sim.assembly import add_sensors
@@ -81,6 +81,10 @@ class TaskScene:
     def with_hold(self, hold_steps: int) -> Self:
         """Return the scene with actions that are held for some control steps."""
         return replace(self, actions=replace(self.actions, hold_steps=hold_steps))
+
+    def with_base(self, base: OpenLoop, correction: float) -> Self:
+        """Return the scene with actions that correct a motion, see `ActionMap.corrected`."""
+        return replace(self, actions=replace(self.actions, base=base, correction=correction))
 
     @property
     def fingerprint(self) -> str:

@@ -3,6 +3,7 @@
 motion     one motion: pulls that ramp from one value to another, with a sinusoid on top
 searching  random motions first, then the cross-entropy method around the best
 report     what came out, kept as probe.json
+script     the notation of motions that are written by hand
 """
 
 from aidsr.learn.openloop.isolated_probe import probe

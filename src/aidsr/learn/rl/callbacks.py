@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from stable_baselines3.common.callbacks import BaseCallback
 
+from aidsr.learn.episodes.rollout import EpisodeOutcomes
 from aidsr.learn.rl.curve_point import CurvePoint
 from aidsr.learn.rl.recipe import Recipe, is_hopeless
 from aidsr.learn.rl.training_folder import TrainingFolder
@@ -65,6 +66,18 @@ class History:
         if tells:
             self.won += bool(info["is_success"])
             self.recent.append((float(info["is_success"]), info["progress"], info["episode"]["r"]))
+
+    def count_outcome(self, course: EpisodeOutcomes, row: int) -> None:
+        """Count an episode without noise that was played beside learning.
+
+        Args:
+            course: Holds it.
+            row: Which of its episodes it is.
+        """
+        self.episodes += 1
+        self.diverged += bool(course.diverged[row])
+        self.won += bool(course.success[row])
+        self.recent.append((float(course.success[row]), float(course.progress[row]), float(course.reward[row])))
 
     @property
     def success_share(self) -> float:

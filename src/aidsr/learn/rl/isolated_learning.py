@@ -173,7 +173,7 @@ def run_policy(folder: Path, robot: Robot, environment: str, placement: Placemen
     scene = assemble(robot, environment, placement, trained.scene.task.sensors)
     there = TaskScene.of(scene.mjcf, trained.scene.task, grouping="off")
     there = there.with_actions(trained.config.groups, trained.config.groups_from)
-    there = there.with_hold(trained.config.recipe.hold_steps)
+    there = trained.config.recipe.acting_in(there)
     variations = tuple(there.task.variation("held_out", index) for index in range(episodes))
     replays = Replays(there, trained.policy, variations, threads=1, smoothing=trained.config.recipe.smoothing)
     with one_torch_thread():

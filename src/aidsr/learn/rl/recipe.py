@@ -1,16 +1,19 @@
-"""Hyperparameters of a training: one set of numbers for all tasks and bodies."""
+"""How a policy is trained: one set of numbers for all tasks and bodies, and what a user may add."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
 from aidsr.core.artifacts import Artifact
 from aidsr.core.config import Protocol
 from aidsr.core.errors import UserError
+
+if TYPE_CHECKING:
+    from aidsr.learn.episodes.scene import TaskScene
 
 Share = Annotated[float, Field(ge=0, le=1)]
 
@@ -68,6 +71,11 @@ class Recipe(Artifact):
     from_probe: bool = False
     """Whether the policy first learns to do what the probe's best motion does, where that succeeds. Ours; the paper
     starts from a policy that knows nothing."""
+    script: str = ""
+    """Motion that the policy corrects, in the notation of `aidsr.learn.openloop.script`; without one it begins with
+    nothing. SAC only. Source: residual policy learning, Silver et al. 2018."""
+    correction: Annotated[float, Field(gt=0, le=2)] = 0.3
+    """By how much the policy can change the action of the script, -1 to 1, either way. Our choice."""
     hold_steps: Annotated[int, Field(ge=1)] = 1
     """Control steps for which an action is held, in training and afterwards. Soft bodies filter out what changes
     faster, and a policy has fewer decisions to learn; `gamma` is then the discount of one held action."""
@@ -103,7 +111,24 @@ class Recipe(Artifact):
             raise ValueError("when a training of PPO is hopeless was not measured; use SAC")
         if self.algorithm == "sac" and self.from_probe:
             raise ValueError("a policy of SAC imitates no probe; use PPO")
+        if self.algorithm == "ppo" and self.script:
+            raise ValueError("a policy of PPO corrects no script; use SAC")
         return self
+
+    def acting_in(self, scene: TaskScene) -> TaskScene:
+        """Return the scene as a policy of this recipe acts in it: actions are held, and correct the script if any.
+
+        Raises:
+            UserError: The script cannot be read, or names a group that the scene does not have.
+        """
+        from aidsr.learn.openloop.script import parse_script
+
+        held = scene.with_hold(self.hold_steps)
+        if not self.script:
+            return held
+        names = [group.name for group in scene.actions.groups]
+        played = parse_script(self.script).played_by(names, scene.actions.rest, scene.task.control_dt_s)
+        return held.with_base(played, self.correction)
 
     def learning_rate_when(self, left: float) -> float:
         """Return the learning rate when a share of the budget is left; a last rollout goes beyond it, to below 0."""
@@ -144,6 +169,7 @@ def recipe_of(
     smoothing: float = 0.0,
     randomize: bool = False,
     stop_hopeless: bool = False,
+    script: str = "",
 ) -> Recipe:
     """Return the recipe of a protocol with the options of a user.
 
@@ -154,6 +180,8 @@ def recipe_of(
         raise UserError(f'no protocol "{protocol}"; use {" or ".join(PROTOCOLS)}')
     if from_probe and protocol != "paper":
         raise UserError('from_probe needs protocol "paper" (--protocol paper)')
+    if script and protocol != "best":
+        raise UserError('a policy that begins with a script needs protocol "best" (--protocol best)')
     if stop_hopeless and protocol != "best":
         raise UserError('stop_hopeless needs protocol "best", with which the rule was measured (--protocol best)')
     options = {
@@ -161,5 +189,6 @@ def recipe_of(
         "smoothing": smoothing,
         "randomize": randomize,
         "stop_hopeless": stop_hopeless,
+        "script": script,
     }
     return PROTOCOLS[protocol].model_copy(update=options)

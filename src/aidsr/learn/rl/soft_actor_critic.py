@@ -37,6 +37,8 @@ class SoftActorCritic(SAC):
 
     noiseless = 0
     """Simulations without noise."""
+    corrects = False
+    """Whether it corrects a script: then nothing in these simulations is random, and they begin with the script."""
 
     @classmethod
     def of(cls, recipe: Recipe, env: VecNormalize, steps: int, seed: int, tensorboard: str | None) -> SoftActorCritic:
@@ -68,13 +70,24 @@ class SoftActorCritic(SAC):
             device="cpu",
         )
         model.noiseless = recipe.noiseless_simulations
+        model.corrects = bool(recipe.script)
+        if model.corrects:
+            model._correct_nothing()
         return model
+
+    def _correct_nothing(self) -> None:
+        """Let the actor's mean be 0 whatever it observes, with which it plays the script as it is."""
+        mean = self.actor.mu
+        assert isinstance(mean, torch.nn.Linear)
+        with torch.no_grad():
+            mean.weight.zero_()
+            mean.bias.zero_()
 
     def _sample_action(
         self, learning_starts: int, action_noise: ActionNoise | None = None, n_envs: int = 1
     ) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
         action, stored = super()._sample_action(learning_starts, action_noise, n_envs)
-        if self.num_timesteps >= learning_starts and self.noiseless:
+        if self.noiseless and (self.corrects or self.num_timesteps >= learning_starts):
             assert isinstance(self._last_obs, np.ndarray)  # one box
             shown, _ = self.predict(self._last_obs[: self.noiseless], deterministic=True)
             action[: self.noiseless] = stored[: self.noiseless] = shown

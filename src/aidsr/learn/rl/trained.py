@@ -60,7 +60,7 @@ class FinishedTraining:
         ).with_actions(config.groups, config.groups_from)
         _check_scene(folder, config, scene)
         policy = TrainedPolicy.load(folder, config.recipe, scene.actions.size)
-        return cls(home, config, result, scene.with_hold(config.recipe.hold_steps), policy)
+        return cls(home, config, result, config.recipe.acting_in(scene), policy)
 
     def scene_at(self, level: Level) -> TaskScene:
         """Return the scene with its environment as at another level of the task.
@@ -72,7 +72,7 @@ class FinishedTraining:
             raise UserError(f"a goal of your own has no level {level}; evaluate it without a level")
         task = load_task(self.config.task, level)
         scene = TaskScene.of(edit_environment(self.scene.mjcf, task.edits), task, grouping="off")
-        return scene.with_actions(self.config.groups, self.config.groups_from).with_hold(self.config.recipe.hold_steps)
+        return self.config.recipe.acting_in(scene.with_actions(self.config.groups, self.config.groups_from))
 
 
 def _check_version(folder: Path, config: TrainingConfig) -> None:

@@ -15,7 +15,7 @@ from aidsr.core.errors import UserError
 from aidsr.core.numbered import numbered_in
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.perturbation import randomized
-from aidsr.learn.episodes.rollout import rollout
+from aidsr.learn.episodes.rollout import EpisodeOutcomes, rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.behavior_cloning import clone_probe_motion
 from aidsr.learn.rl.policy import Normalisation, TrainedPolicy, network_options, one_torch_thread
@@ -77,12 +77,13 @@ def train(
 
     Raises:
         FolderInUseError: The folder holds another training, or another process trains in it.
-        UserError: The folder holds a training of an earlier version.
+        UserError: The folder holds a training of an earlier version, or the recipe's script is none for this scene.
     """
     home = TrainingFolder(folder)
     config = _config(scene, steps, seed, recipe or Recipe(), minutes)
     if (finished := _finished(home, config)) is not None:
         return finished
+    acted_in = config.recipe.acting_in(scene)
     with home.locked(), one_torch_thread():
         if (finished := _finished(home, config)) is not None:  # another process was faster by a moment
             return finished
@@ -92,7 +93,7 @@ def train(
             home.write("scene.xml", scene.mjcf)
             home.write("config.json", config.model_dump_json(indent=2) + "\n")
             home.log_event("started")
-        return _Training(scene, home, config, threads, tensorboard, listen).run()
+        return _Training(acted_in, home, config, threads, tensorboard, listen).run()
 
 
 def folder_for(
@@ -184,7 +185,7 @@ class _Training:
         from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
         from aidsr.learn.rl.vector_env import BatchedVecEnv
 
-        self.scene, self.home = scene.with_hold(config.recipe.hold_steps), home
+        self.scene, self.home = scene, home
         self.config, self.threads, self.listen = config, threads, listen
         self.most_s = np.inf if config.minutes is None else 60.0 * config.minutes
         saved = home / "checkpoint"
@@ -279,6 +280,8 @@ class _Training:
             begin=lambda: self.env.desynchronize(self.rng),
             most_s=self.most_s,
         )
+        if self.config.recipe.script and not self.history.steps and self._script_suffices():
+            return self._finish("saturated")
         left = (self.config.steps - self.history.steps) // self.config.recipe.hold_steps
         exploration = [Exploration(self.config.recipe)] if self.config.recipe.algorithm == "ppo" else []
         try:
@@ -303,18 +306,45 @@ class _Training:
 
     def _saturated(self) -> bool:
         """Whether the policy without noise succeeds at fresh development variations."""
-        policy = TrainedPolicy.of(self.model.policy, Normalisation.of(self.normalised))
-        self.model.policy.set_training_mode(False)
-        course = rollout(self._episodes([self._sample_variation() for _ in range(_SATURATION_EPISODES)]), policy)
-        share = float(course.success.mean())
-        if self.config.recipe.algorithm == "sac":  # pays for it from the budget; that of the paper is left as it was
-            action_s = self.scene.task.control_dt_s * self.config.recipe.hold_steps
-            self.model.num_timesteps += round(float(course.time_s.sum()) / action_s)
-        self.home.log_event("tested", steps=self.history.steps, success_share=share)
+        share = float(self._tested().success.mean())
         is_saturated = share >= self.config.recipe.saturation
         # the one step that is still taken must not change what was tested
         self.normalised.training = not is_saturated
         return is_saturated
+
+    def _tested(self) -> EpisodeOutcomes:
+        """Let the policy play fresh development variations without noise, and return how they went."""
+        policy = TrainedPolicy.of(self.model.policy, Normalisation.of(self.normalised))
+        self.model.policy.set_training_mode(False)
+        course = rollout(self._episodes([self._sample_variation() for _ in range(_SATURATION_EPISODES)]), policy)
+        if self.config.recipe.algorithm == "sac":  # pays for it from the budget; that of the paper is left as it was
+            action_s = self.scene.task.control_dt_s * self.config.recipe.hold_steps
+            self.model.num_timesteps += round(float(course.time_s.sum()) / action_s)
+        self.home.log_event("tested", steps=self.history.steps, success_share=float(course.success.mean()))
+        return course
+
+    def _script_suffices(self) -> bool:
+        """Play the script before anything is learned, and return whether it succeeds nearly always.
+
+        If it does not, it is what the policy falls back on where learning makes it worse.
+        """
+        from aidsr.learn.rl.callbacks import append_to_curve
+        from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
+
+        history, began = self.history, time.perf_counter()
+        course = self._tested()
+        for row in range(_SATURATION_EPISODES):
+            history.count_outcome(course, row)
+        assert isinstance(self.model, SoftActorCritic)  # the recipe refuses another
+        self.model.learning_starts += self.model.num_timesteps  # these steps taught it nothing
+        history.wall_s += time.perf_counter() - began
+        history.steps = self.model.num_timesteps * self.config.recipe.hold_steps
+        history.best_share = history.success_share
+        self._keep_best()
+        point = history.point(history.steps / max(history.wall_s, 1e-9))
+        append_to_curve(self.home, point)
+        self.listen(point)
+        return history.success_share >= self.config.recipe.saturation
 
     def _checkpoint(self) -> None:
         with tempfile.TemporaryDirectory(dir=self.home.path, prefix=".checkpoint-") as made:

@@ -121,6 +121,16 @@ class Exploration:
             return ""
         return f"over several seeds {best[0]} came to progress {best[1]:.2f} and {scene} to {own:.2f}"
 
+    def script_for(self, scene: str) -> str:
+        """Return the script that won most of the variations in which it was played or trained with, at least half.
+
+        Empty where none did.
+        """
+        about = [record for record in self.done if record.values.get("scene") == scene and record.values.get("script")]
+        found = [(record.figures.get("success", 0.0), str(record.values["script"])) for record in reversed(about)]
+        share, script = max(found, key=lambda one: one[0], default=(0.0, ""))
+        return script if share >= SUCCESSFUL_SHARE else ""
+
     def succeeded(self) -> tuple[str, str] | None:
         """Return the stable scene whose training succeeded, and what was told of it; None where none did."""
         for record in self.done:

@@ -150,7 +150,8 @@ class _Roles:
             feedback=_words(feedback),
         )
         found = Session(self.model, toolbox, self.text_tools).run(start)
-        return _result(workspace, found)
+        script = toolbox.exploration.script_for(found.scene)
+        return _result(workspace, found).model_copy(update={"script": script})
 
 
 def _first_robot(workspace: Workspace, robot: Robot) -> str:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from aidsr.core.errors import UserError
-from aidsr.tools.script import GRAMMAR, parse_script
+from aidsr.learn.openloop.script import GRAMMAR, parse_script
 
 GROUPS = ("left: a", "robot/right", "neck")
 REST = np.array([-1.0, -1.0, 0.0])

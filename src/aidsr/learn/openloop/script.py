@@ -13,6 +13,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import excerpt
 from aidsr.core.suggestions import closest_name
+from aidsr.core.text_files import read_text_file
 from aidsr.learn.openloop.motion import Motion
 from aidsr.sim.ownership import ROBOT_PREFIX
 
@@ -143,9 +145,28 @@ class ScriptPolicy:
                 )
         return tuple(told)
 
-    def at(self, time_s: float) -> FloatArray:
-        """Return the action at a time, (k,)."""
-        return np.array([float(track.at(time_s)) for track in self._tracks])
+    def at(self, time_s: FloatArray | float) -> FloatArray:
+        """Return the action at a time, (k,), or at several, (n,) -> (n, k)."""
+        return np.stack([track.at(time_s) for track in self._tracks], axis=-1)
+
+
+def read_script(path: Path) -> str:
+    """Return the text of a script in a file.
+
+    Raises:
+        UserError: There is no such file, or it is no script.
+    """
+    try:
+        text = read_text_file(path, max_bytes=_MAX_CHARACTERS)
+    except FileNotFoundError:
+        raise UserError(f"script not found: {path}") from None
+    except OSError as error:
+        raise UserError(f"cannot read {path} as a script: {error.strerror}") from None
+    try:
+        parse_script(text)
+    except UserError as error:
+        raise UserError(f"{path} is no script: {error}") from None
+    return text
 
 
 def parse_script(text: str) -> Script:
