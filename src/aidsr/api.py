@@ -513,7 +513,7 @@ def _scene_of_design(design: DesignFolder, task: str | Task, level: Level | None
     design.require_whole()
     record = run.record.read()
     known_task, known_level = (record.task, record.level) if record and record.task else ("", "")
-    is_own_job = not goal and (task or known_task) == known_task and level in (None, known_level)
+    is_own_job = not goal and task in ("", known_task, known_task.rpartition("/")[2]) and level in (None, known_level)
     if not (task or goal or known_task):
         goal = run.goal.path
         if not goal.exists():

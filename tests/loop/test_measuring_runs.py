@@ -12,9 +12,11 @@ import pytest
 from test_language_model_runs import arm
 
 import aidsr
+from aidsr.api import find_scene
 from aidsr.core.config import Budget
 from aidsr.core.errors import UserError
 from aidsr.runs import Run
+from aidsr.teams.measuring.exploration import Exploration
 from aidsr.teams.providers.manual import pending_prompts
 from loopback import Act, Fail, Loopback, Received, Say
 
@@ -87,6 +89,13 @@ def test_a_model_with_tools_designs_and_measures(tmp_path: Path) -> None:
     board = server.requests[-1].body["messages"][-1]["content"]
     assert "11 of 80 calls" in board
     assert "Kept: scene_1, the only one" in board
+
+
+def test_the_script_by_which_it_wins_goes_along_with_the_robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Exploration, "script_for", lambda _, scene: f"m0: 1  # {scene}")
+    with Loopback(Measuring()) as server:
+        run = designed(server, tmp_path)
+    assert find_scene(run.design(1)).script == "m0: 1  # scene_1"
 
 
 def test_all_families_are_written_placed_and_measured_in_one_reply(tmp_path: Path) -> None:

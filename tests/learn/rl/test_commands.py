@@ -148,6 +148,46 @@ def test_what_is_asked_of_a_training_and_what_its_design_says_are_kept_with_it(d
     assert not (second / "tensorboard").exists()
 
 
+def script_of(training: Path) -> str:
+    return TrainingFolder(training).read("config.json", TrainingConfig).recipe.script
+
+
+def test_a_policy_begins_with_the_script_of_its_design(design, tmp_path, capsys):
+    first = DesignFolder(design).iteration(1)
+    robot = first.robot.read()
+    (design / "01" / "robot.json").unlink()
+    first.robot.write(robot.model_copy(update={"script": "both: 0.5"}))
+    other = tmp_path / "other.txt"
+    other.write_text("both: t=0 -1, t=1 1\n")
+    words = ("train", design, *QUICK, "--no-evaluate")
+    home = design / "training"
+    assert run_main(*words) == 0
+    assert "begins with the script of the design's author" in capsys.readouterr().out
+    assert run_main(*words, "--script", "none") == 0
+    assert run_main(*words, "--script", other) == 0
+    assert [script_of(home / number) for number in ("001", "002", "003")] == ["both: 0.5", "", other.read_text()]
+    assert run_main(*words, "--protocol", "paper") == 0, "which begins with nothing"
+    assert script_of(home / "004") == ""
+    assert find_scene(design, level="standard").script == "", "another job"
+    assert find_scene(design, "dynamic_catching", level="hard").script == "both: 0.5"
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        (None, "script not found: "),
+        ("both", 'motion.txt is no script: line 1 of the script has no group: "both"'),
+        ("wheel: 1", 'no group "wheel" in this scene'),
+    ],
+)
+def test_what_is_no_script_of_the_design_is_refused(design, tmp_path, capsys, text, sentence):
+    if text is not None:
+        (tmp_path / "motion.txt").write_text(text)
+    assert run_main("train", design, *QUICK, "--script", tmp_path / "motion.txt") == 2
+    assert sentence in capsys.readouterr().err
+    assert not list(design.glob("training/*/config.json"))
+
+
 def test_the_same_command_goes_on_whatever_it_was_at(tmp_path, capsys):
     """While the second policy learned, before it was judged, while its verdict was told."""
     scene, out = tmp_path / "scene.xml", tmp_path / "learned"

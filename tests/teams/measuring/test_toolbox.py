@@ -196,6 +196,25 @@ def test_one_seed_puts_no_scene_first_and_an_unstable_one_is_no_result(tmp_path:
     assert box.exploration.best_again() is None
 
 
+def test_the_script_that_won_most_goes_along_with_its_scene(tmp_path: Path) -> None:
+    box = with_scene(tmp_path)
+    for script, success in (("*: 0.1", 0.4), ("*: 0.2", 0.9), ("*: 0.3", 0.9), ("*: 0.4", 0.6)):
+        found = measured("play", "scene_1", success=success)
+        box._records.append(found.model_copy(update={"arguments": json.dumps({"scene": "scene_1", "script": script})}))
+    assert box.exploration.script_for("scene_1") == "*: 0.3", "the later of two that are as good"
+    assert box.exploration.script_for("scene_2") == ""
+    del box._records[-3:]
+    assert box.exploration.script_for("scene_1") == "", "less than half is not enough"
+
+
+def test_what_a_script_wins_is_counted(tmp_path: Path) -> None:
+    box = with_scene(tmp_path)
+    script = "*: 1"
+    lost = call(box, "play", scene="scene_1", script=script, variations=[0, 1])
+    assert lost.figures["success"] == 0.0
+    assert box.exploration.script_for("scene_1") == ""
+
+
 def test_a_training_that_succeeds_ends_the_work(tmp_path: Path) -> None:
     box = with_scene(tmp_path)
     box._records += [

@@ -110,7 +110,7 @@ class Episodes:
         self._reader = Reader.of(task, self.model)
         self._body = Proprioception.of(self.model, self.structure)
         self._last_action = np.tile(actions.rest, (self.n, 1))
-        self._held: FloatArray = self._last_action.copy()
+        self._held = self._last_action.copy()
         self._age_steps = np.zeros(self.n, dtype=np.int64)
         self._models = PerturbedModels(self.batch, self.structure)
         self._delay = DelayLine(actions.rest, self.n, task.control_dt_s)
@@ -204,8 +204,8 @@ class Episodes:
         """
         asked: FloatArray = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
         is_due = self._age_steps % self.actions.hold_steps == 0
-        self._held = held = np.asarray(np.where(is_due[:, None], asked, self._held), dtype=np.float64)
-        requested = self.actions.corrected(held, self._age_steps * self.task.control_dt_s)
+        self._held = np.where(is_due[:, None], asked, self._held)
+        requested = self.actions.corrected(self._held, self._age_steps.astype(np.float64) * self.task.control_dt_s)
         running = self.running.copy()
         self._age_steps += running
         applied = self.smoothing * self._last_action + (1.0 - self.smoothing) * requested
