@@ -24,7 +24,7 @@ LAYOUT: tuple[tuple[str, str], ...] = (
     ("designs/N/II/robot.xml", "the robot's MJCF, after mechanical repairs; wherever it changed"),
     ("designs/N/II/robot_as_written.xml", "the same as the Coder wrote it, where repairs changed it"),
     ("designs/N/II/repairs.json", "what the mechanical repairs changed, by code and without a call"),
-    ("designs/N/II/robot.json", "functional part, actuator groups and notes of that robot"),
+    ("designs/N/II/robot.json", "functional part, actuator groups, notes and script of that robot"),
     ("designs/N/II/robot_report.json", "the validator's report on that robot"),
     ("designs/N/II/placement.json", "where the robot stands; wherever it changed"),
     ("designs/N/II/scene.xml", "the MJCF of the robot placed in the environment"),
