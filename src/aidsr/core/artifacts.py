@@ -471,6 +471,17 @@ SUCCESSFUL_SHARE = 0.5
 """Of its episodes that a successful policy wins, at least. Source: the paper's binary rate."""
 
 
+class MeanAction(Artifact):
+    """What the mean action of a policy wins alone, held from the beginning of an episode to its end."""
+
+    action: tuple[float, ...]
+    """Mean over all control steps of the episodes that the policy won, -1 to 1, one number for each group."""
+    succeeded: int
+    """Episodes that it wins."""
+    of: int
+    """Of so many that the policy won."""
+
+
 class Evaluation(Artifact):
     """What a trained policy did at variations of its task it had never seen, and whether to believe it.
 
@@ -492,6 +503,9 @@ class Evaluation(Artifact):
     """Only held-out variations score a design; a verdict on others is advice to its designers."""
     perturbed: tuple[PerturbedEpisodes, ...] = ()
     """The same variations in scenes that differ from their model, where asked for; the verdict leaves them out."""
+    mean_action: MeanAction | None = None
+    """Whether a policy is needed at all; the verdict leaves it out. None where the policy won nothing, and in older
+    results."""
     commit: str = ""
     """Of the source that evaluated, "-dirty" where files differed from it; a version where it was installed from a
     package; empty in results of before it was kept."""

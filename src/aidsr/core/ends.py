@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
-from aidsr.core.artifacts import EpisodeResult, PassedLimit
+from aidsr.core.artifacts import EpisodeResult, Evaluation, PassedLimit
 
 
 def ends_in_words(episodes: Sequence[EpisodeResult], hold_s: float) -> list[str]:
@@ -32,6 +32,17 @@ def ends_in_words(episodes: Sequence[EpisodeResult], hold_s: float) -> list[str]
         longest = worst.model_copy(update={"time_s": max(limit.time_s for limit in some)})
         lines.append(f"a limit passed in {len(some)} of {len(episodes)}, at most: {longest.text}")
     return lines
+
+
+def mean_action_in_words(evaluation: Evaluation) -> list[str]:
+    """Return in a line what the mean action of a policy wins alone; nothing where that was not measured."""
+    found = evaluation.mean_action
+    if found is None:
+        return []
+    needed = " (no policy is needed for that)" if 2 * found.succeeded >= found.of else ""
+    return [
+        f"of {found.of} episodes that the policy won its mean action, held all the time, wins {found.succeeded}{needed}"
+    ]
 
 
 def rules_in_words(episodes: Sequence[EpisodeResult], *, time_limit_s: float, failure: str) -> str:

@@ -18,7 +18,8 @@ from test_training import SMALL
 
 import aidsr
 from aidsr.apps.cli.evaluate import evaluate as evaluate_command
-from aidsr.core.artifacts import ActuatorGroup, Evaluation
+from aidsr.core.artifacts import ActuatorGroup, Evaluation, MeanAction
+from aidsr.core.ends import mean_action_in_words
 from aidsr.core.errors import UserError
 from aidsr.core.storage_errors import StorageError
 from aidsr.learn.episodes.batch import Episodes
@@ -122,6 +123,43 @@ def test_a_robot_that_stays_still_is_neither():
     assert (evaluation.success_share, evaluation.valid, evaluation.successful) == (0.0, False, False)
     assert {episode.ended for episode in evaluation.episodes} == {"out_of_time"}
     assert named(evaluation)["survives_half_time_step"].measured is None
+
+
+def test_a_job_that_one_action_does_needs_no_policy():
+    verdict, _ = evaluate(small_learning(), BENDING, threads=1)
+    assert verdict.mean_action == MeanAction(action=(1.0, -1.0), succeeded=20, of=20)
+    assert mean_action_in_words(verdict) == [
+        "of 20 episodes that the policy won its mean action, held all the time, wins 20 (no policy is needed for that)"
+    ]
+    lost, _ = evaluate(small_learning(), STILL, threads=1)
+    assert (lost.mean_action, mean_action_in_words(lost)) == (None, [])
+
+
+class Bracing:
+    """Pulls on both cables, then lets go of one."""
+
+    steps = 0
+
+    def act(self, observation):
+        self.steps += 1
+        return np.tile([1.0, 1.0 if self.steps % 25 < 8 else -1.0], (len(observation), 1))
+
+
+@pytest.mark.parametrize("corrects", [False, True])
+def test_the_mean_action_is_of_all_that_was_done_in_episodes_that_were_won(corrects):
+    class Base:
+        def at(self, time_s):
+            return np.stack([np.ones_like(time_s), np.where(time_s < 0.3, 1.0, -1.0)], axis=-1)
+
+    scene = small_learning()
+    scene, policy = (scene.with_base(Base(), 0.3), Always(0.0, 0.0)) if corrects else (scene, Bracing())
+    verdict, rolled = evaluate(scene, policy, threads=1)
+    assert verdict.success_share == 1.0
+    assert verdict.mean_action.action[0] == 1.0
+    assert -0.6 < verdict.mean_action.action[1] < 0.6
+    assert rolled.mean_actions.shape == (20, 2)
+    found = rollout_with_stats(small_learning(), Always(*verdict.mean_action.action), range(20), threads=1)
+    assert verdict.mean_action.succeeded == found.outcomes.success.sum()
 
 
 def test_the_verdict_in_a_file_follows_from_its_evidence():

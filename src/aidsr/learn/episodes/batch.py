@@ -130,6 +130,11 @@ class Episodes:
         return self._state.progress
 
     @property
+    def done_action(self) -> FloatArray:
+        """What was done in the last control step, after smoothing and correction, (n, k), -1 to 1."""
+        return self._last_action
+
+    @property
     def holds(self) -> BoolArray:
         """Where the goal holds at this moment, (n,), however long; success asks that it does for `hold_s`."""
         return np.asarray(self.held_s > 0.0)

@@ -82,8 +82,8 @@ class TaskScene:
         """Return the scene with actions that are held for some control steps."""
         return replace(self, actions=replace(self.actions, hold_steps=hold_steps))
 
-    def with_base(self, base: OpenLoop, correction: float) -> Self:
-        """Return the scene with actions that correct a motion, see `ActionMap.corrected`."""
+    def with_base(self, base: OpenLoop | None, correction: float = 1.0) -> Self:
+        """Return the scene with actions that correct a motion, see `ActionMap.corrected`; with None they are all."""
         return replace(self, actions=replace(self.actions, base=base, correction=correction))
 
     @property

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
-from aidsr.core.artifacts import Evaluation, PlausibilityCheck
+from aidsr.core.artifacts import Evaluation, MeanAction, PlausibilityCheck
 from aidsr.core.errors import UserError
 from aidsr.core.provenance import commit, processor, versions_of
 from aidsr.learn.episodes.batch import Episodes, StepResult
-from aidsr.learn.episodes.rollout import EpisodeOutcomes, Policy, rollout
+from aidsr.learn.episodes.rollout import Constant, EpisodeOutcomes, Policy, rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.episode_stats import RECORDED, EpisodeStats, StatsRecorder
 from aidsr.learn.rl.plausibility import (
@@ -35,6 +36,7 @@ from aidsr.learn.rl.training_folder import TrainingResult
 from aidsr.sim.deactivate import other_actuators, with_locked_soft_body, without_cables, without_other_actuators
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import BENCHMARK_VERSION, Split, Variation
+from aidsr.tasks.readings import FloatArray
 
 VERDICT_EPISODES = 100
 """Of a verdict. Source: docs/tasks.md, how a design is scored: at a share of one half the interval is 40 to 60 %."""
@@ -43,8 +45,8 @@ LEAST_EPISODES = 20
 """Fewer are no evaluation; so many serve feedback to designers. At a share of one half the interval is 30 to 70 %."""
 
 REPLAYED = 20
-"""Successful episodes, evenly spread, that are played again without cables and with a locked body, at most. They run to
-the time limit, so all of a hundred would cost more than the evaluation itself. Our choice."""
+"""Successful episodes, evenly spread, that are played again without cables, with a locked body and with one action, at
+most. They run to the time limit, so all of a hundred would cost more than the evaluation itself. Our choice."""
 
 
 _PACKAGES = ("aidsr", "mujoco", "numpy", "torch", "stable-baselines3")
@@ -59,6 +61,8 @@ class EvaluationRollout:
     stats: EpisodeStats
     models: tuple[mujoco.MjModel, ...]
     """The scene as varied for each episode."""
+    mean_actions: FloatArray
+    """What was done in each episode, mean over its control steps, (n, k), -1 to 1."""
 
 
 @dataclass(frozen=True)
@@ -130,6 +134,7 @@ def evaluate(
         checks=tuple(checks),
         hold_s=scene.task.hold_s,
         split=split,
+        mean_action=_mean_action(scene, rolled, threads),
         versions=versions_of(_PACKAGES),
         commit=commit(),
         processor=processor(),
@@ -158,9 +163,12 @@ def rollout_with_stats(
     )
     recorder = StatsRecorder(episodes)
     succeeded, steps = 0, 0
+    done, acted = np.zeros((episodes.n, episodes.actions.size)), np.zeros((episodes.n, 1))
 
     def watch(result: StepResult) -> None:
         nonlocal succeeded, steps
+        done[episodes.stepped] += episodes.done_action[episodes.stepped]
+        acted[episodes.stepped] += 1.0
         recorder.update(result)
         succeeded, steps = succeeded + int(result.success.sum()), steps + 1
         ended = episodes.n - int(episodes.running.sum())
@@ -169,7 +177,7 @@ def rollout_with_stats(
 
     outcomes = rollout(episodes, policy, watch)
     models = tuple(episodes.batch.get_model(index) for index in range(episodes.n))
-    return EvaluationRollout(variations, outcomes, recorder.stats(), models)
+    return EvaluationRollout(variations, outcomes, recorder.stats(), models, done / acted)
 
 
 @dataclass(frozen=True)
@@ -225,6 +233,23 @@ def _exploit_checks(
     ]
 
 
+def _mean_action(scene: TaskScene, rolled: EvaluationRollout, threads: int) -> MeanAction | None:
+    """Play episodes that were won again with the mean of the actions that won them."""
+    won = np.flatnonzero(rolled.outcomes.success)
+    if not won.size:
+        return None
+    action, some = rolled.mean_actions[won].mean(axis=0), _spread(won)
+    replays = Replays(scene.with_base(None), Constant(action), rolled.variations, threads)
+    succeeded = int(replays.play(scene.model, some).success.sum())
+    return MeanAction(action=tuple(np.round(action, 3).tolist()), succeeded=succeeded, of=len(some))
+
+
+def _spread(won: NDArray[np.intp]) -> list[int]:
+    """Return at most `REPLAYED` of the episodes that were won, evenly spread."""
+    found: list[int] = won[np.linspace(0, won.size - 1, min(won.size, REPLAYED)).astype(int)].tolist()
+    return found
+
+
 def body_checks(
     scene: TaskScene, policy: Policy, rolled: EvaluationRollout, *, threads: int = 0, smoothing: float = 0.0
 ) -> list[PlausibilityCheck]:
@@ -239,7 +264,7 @@ def body_checks(
     """
     replays = Replays(scene, policy, rolled.variations, threads, smoothing)
     model, structure, won = scene.model, read_structure(scene.model), np.flatnonzero(rolled.outcomes.success)
-    some = won[np.linspace(0, won.size - 1, min(won.size, REPLAYED)).astype(int)].tolist()
+    some = _spread(won)
     slack, locked = without_cables(model, structure), with_locked_soft_body(model, structure)
     name, others = "works_without_other_actuators", other_actuators(structure)
     if others:
