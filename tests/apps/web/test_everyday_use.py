@@ -14,7 +14,7 @@ from playwright.sync_api import Response, expect
 from test_studies_panel import made_study
 
 from aidsr.apps.web.site import Site
-from aidsr.core.artifacts import Fault, PlausibilityCheck, ValidationReport
+from aidsr.core.artifacts import Evaluation, Fault, MeanAction, PlausibilityCheck, ValidationReport
 from aidsr.core.calls import CallRecord
 from aidsr.runs import EventLog
 from aidsr.runs.events import StepStarted
@@ -392,6 +392,28 @@ def test_held_out_success_comes_first_and_approval_says_its_warnings(runs: Path,
         expect(page.locator("h1 + .badge")).to_have_text("approved, 2 warnings")
         for place in (page.locator(".facts").first, page.get_by_role("article").locator(".facts").first):
             expect(place.locator("> div").first).to_have_text(re.compile("held-out success.*3 of 4", re.DOTALL))
+
+
+def test_a_training_says_with_what_it_begins_and_whether_a_policy_is_needed(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=2)
+    for design in run.designs:
+        made_training(design, [True] * 4)
+    folder = run.design(1).path / "training" / "001"
+    replace_file(
+        folder / "config.json", b'{"steps": 4000, "seed": 7, "recipe": {"algorithm": "sac", "script": "a: 1"}}'
+    )
+    verdict = Evaluation.model_validate_json((folder / "evaluation.json").read_bytes())
+    told = verdict.model_copy(update={"mean_action": MeanAction(action=(0.4,), succeeded=3, of=4)})
+    replace_file(folder / "evaluation.json", told.model_dump_json().encode())
+    with browsing() as visitor:
+        page = visitor.new_page()
+        for number, count in ((1, 1), (2, 0)):
+            page.goto(server.address(f"/run/{run.name}/{number}?tab=training"))
+            expect(page.get_by_role("article").locator(".facts").first).to_contain_text("held-out success")
+            facts = page.get_by_role("article").locator(".facts > div")
+            expect(facts.filter(has_text=re.compile("begins with.*a script", re.DOTALL))).to_have_count(count)
+            line = "its mean action, held all the time, wins 3 (no policy is needed for that)"
+            expect(page.get_by_text(line)).to_have_count(count)
 
 
 def test_an_empty_objective_is_marked_at_its_field(runs: Path, server: Server) -> None:

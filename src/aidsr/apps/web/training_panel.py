@@ -48,6 +48,7 @@ class _Learning:
     verdict: Evaluation | None
     is_hopeless: bool
     """Whether it is learning, and will hardly succeed any more."""
+    begins_with_script: bool = False
 
 
 @dataclass(frozen=True)
@@ -116,7 +117,8 @@ def _learning(site: Site, run: Run, design: DesignFolder, training: Training) ->
     algorithm = str(recipe.get("algorithm")) if isinstance(recipe, dict) else ""
     done = curve[-1].steps if curve else 0
     hopeless = state == "running" and is_hopeless(algorithm, has_won=has_won, steps=done, budget=steps)
-    return _Learning(steps, int(config.get("seed", 0)), curve, state, verdict, hopeless)
+    script = bool(recipe.get("script")) if isinstance(recipe, dict) else False
+    return _Learning(steps, int(config.get("seed", 0)), curve, state, verdict, hopeless, script)
 
 
 def _at_work(site: Site, name: str, training: Training) -> bool:
@@ -220,6 +222,8 @@ def _draw_learning(training: Training, shown: _Learning) -> None:
             if shown.state == "running" and last:
                 fact("time", format_time_left(shown.steps - last.steps, last.steps_per_s))
             fact("seed", str(shown.seed))
+            if shown.begins_with_script:
+                fact("begins with", "a script")
         if shown.is_hopeless:
             text("No episode has succeeded so far. Few such trainings come to anything: look at the body.", "wait")
         ui.html(curve_svg(shown.curve, shown.steps), sanitize=False).classes("full")
