@@ -112,6 +112,7 @@ def play(
     figures = {
         "progress": fmean(one.best_progress for one in played),
         "success": fmean(one.succeeded for one in played),
+        "episodes": float(len(played)),
     }
     return Result(text="\n".join([lines[0], *unstable(workspace, scene), *lines[1:]]), figures=figures)
 
@@ -323,7 +324,7 @@ def _judged(
         *mean_action_in_words(found),
         *(f"not plausible: {check.message}: {format_check(check)}" for check in found.checks if not check.passed),
     ]
-    figures = {"success": rate.share, "valid": float(found.valid), "progress": progress}
+    figures = {"success": rate.share, "valid": float(found.valid), "progress": progress, "episodes": float(episodes)}
     return Result(text="\n".join(lines), figures=figures), found.episodes
 
 

@@ -196,15 +196,32 @@ def test_one_seed_puts_no_scene_first_and_an_unstable_one_is_no_result(tmp_path:
     assert box.exploration.best_again() is None
 
 
+def won(name: str, script: str, episodes: int, of: int) -> ToolRecord:
+    """A record of a script, or of a training, that won so many episodes of scene_1."""
+    values = {"scene": "scene_1", **({"script": script} if script else {})}
+    figures = {"success": episodes / of, "episodes": of}
+    return measured(name, "scene_1", **figures).model_copy(update={"arguments": json.dumps(values)})
+
+
 def test_the_script_that_won_most_goes_along_with_its_scene(tmp_path: Path) -> None:
     box = with_scene(tmp_path)
-    for script, success in (("*: 0.1", 0.4), ("*: 0.2", 0.9), ("*: 0.3", 0.9), ("*: 0.4", 0.6)):
-        found = measured("play", "scene_1", success=success)
-        box._records.append(found.model_copy(update={"arguments": json.dumps({"scene": "scene_1", "script": script})}))
-    assert box.exploration.script_for("scene_1") == "*: 0.3", "the later of two that are as good"
+    box._records += [won("play", "*: 0.1", 3, 8), won("play", "*: 0.2", 1, 2)]
+    assert box.exploration.script_for("scene_1") == "*: 0.2"
+    box._records += [won("play", "*: 0.3", 7, 8), won("play", "*: 0.4", 7, 8), won("play", "*: 0.5", 1, 1)]
+    assert box.exploration.script_for("scene_1") == "*: 0.4", (
+        "the later of two that are as good; one of one says little"
+    )
     assert box.exploration.script_for("scene_2") == ""
-    del box._records[-3:]
-    assert box.exploration.script_for("scene_1") == "", "less than half is not enough"
+    box._records.append(won("train", "*: 0.4", 20, 20))
+    assert box.exploration.script_for("scene_1") == "*: 0.4"
+
+
+def test_a_script_that_wins_less_than_half_or_than_a_training_from_nothing_is_left(tmp_path: Path) -> None:
+    box = with_scene(tmp_path)
+    box._records += [won("play", "*: 0.1", 3, 8)]
+    assert box.exploration.script_for("scene_1") == ""
+    box._records += [won("play", "*: 0.1", 6, 8), won("train", "", 19, 20)]
+    assert box.exploration.script_for("scene_1") == ""
 
 
 def test_what_a_script_wins_is_counted(tmp_path: Path) -> None:

@@ -122,12 +122,13 @@ class Exploration:
         return f"over several seeds {best[0]} came to progress {best[1]:.2f} and {scene} to {own:.2f}"
 
     def script_for(self, scene: str) -> str:
-        """Return the script that won most of the variations in which it was played or trained with, at least half.
+        """Return the script with which a training of a scene had best begin.
 
-        Empty where none did.
+        That is the one that won most of the variations in which it was played or trained with, at least half. Empty
+        where none did, or where a training from nothing won more.
         """
-        about = [record for record in self.done if record.values.get("scene") == scene and record.values.get("script")]
-        found = [(record.figures.get("success", 0.0), str(record.values["script"])) for record in reversed(about)]
+        about = [one for one in self.done if one.values.get("scene") == scene and "success" in one.figures]
+        found = [(_expected_share(one), str(one.values.get("script", ""))) for one in reversed(about)]
         share, script = max(found, key=lambda one: one[0], default=(0.0, ""))
         return script if share >= SUCCESSFUL_SHARE else ""
 
@@ -138,6 +139,15 @@ class Exploration:
             if record.name == "train" and won and self.workspace.record(record.values["scene"]).stable:
                 return str(record.values["scene"]), record.text.partition("\n")[0]
         return None
+
+
+def _expected_share(record: ToolRecord) -> float:
+    """Return the share of other episodes that will be won; few that were won say less than many.
+
+    Source: Laplace's rule of succession.
+    """
+    episodes = record.figures.get("episodes", 1.0)
+    return (record.figures["success"] * episodes + 1.0) / (episodes + 2.0)
 
 
 def seeds_of(record: ToolRecord) -> Sequence[int]:
