@@ -66,9 +66,9 @@ def kept() -> list[Ended]:
 
 
 def ended_in(training: Training) -> Ended | None:
-    """Return how a training went; None where it was not judged."""
+    """Return how a training went; None where it was not judged, or began with a script and not from nothing."""
     verdict, config = training.evaluation.read(), training.config.read()
-    if verdict is None or config is None:
+    if verdict is None or config is None or config["recipe"].get("script"):
         return None
     won = [row.steps for row in read_curve(training) if row.success_share]
     return Ended(
