@@ -164,8 +164,8 @@ def _recipe(protocol: Protocol) -> dict[str, Any]:
 
 
 def _with_defaults(recipe: dict[str, Any] | None) -> dict[str, Any] | None:
-    """Return a recipe of a row with those numbers that it was too early to have, as they are by default."""
-    return recipe and Recipe().model_dump(mode="json") | recipe
+    """Return a recipe of a row, also of before a policy could begin with a script: it began with none."""
+    return recipe and Recipe().model_dump(mode="json", include={"script", "correction"}) | recipe
 
 
 def plan_of(rows: Sequence[Row]) -> StudyPlan:
