@@ -194,7 +194,7 @@ def write_answers(folder: Path, task: str) -> None:
     placement = roles.integrator.place(brief, concept, robot)
     folder.mkdir()
     (folder / "designer.md").write_text(json.dumps({"interpretation": concept.interpretation, "concepts": [idea]}))
-    header = robot.model_dump_json(exclude={"mjcf"})
+    header = robot.model_dump_json(exclude={"mjcf", "script"})
     (folder / "coder.md").write_text(f"```json\n{header}\n```\n```xml\n{robot.mjcf}\n```\n")
     (folder / "integrator.md").write_text(placement.model_dump_json())
     (folder / "judge.md").write_text('{"passed": true, "summary": "It can reach."}')

@@ -76,7 +76,7 @@ class CoderAgent:
             brief=brief,
             environment=describe_environment(brief.summary),
             concept=concept if by_patch else as_json(concept),
-            header=as_json(robot, "mjcf"),
+            header=as_json(robot, "mjcf", "script"),
             mjcf=(condensed or robot.mjcf).strip(),
             critique=isinstance(feedback, Critique),
             feedback=describe_feedback(feedback),
@@ -117,7 +117,7 @@ class _Reader:
 
     def _header(self, rest: str) -> _CoderHeader:
         if self._robot and not has_json(rest):
-            return _CoderHeader(**self._robot.model_dump(exclude={"mjcf"}))
+            return _CoderHeader(**self._robot.model_dump(include=set(_CoderHeader.model_fields)))
         return validate_as(_CoderHeader, parse_json(rest))
 
 
