@@ -169,6 +169,13 @@ def test_the_readme_tells_the_published_outcomes(program):
     assert f"{valid} valid, {successful} successful" in readme
 
 
+def test_a_row_of_before_there_were_scripts_keeps_its_place(program):
+    row = program.read_rows(PATH.parent / "results-version4.jsonl")[0]
+    plan = program.plan_of([row])
+    assert "script" not in row.recipe
+    assert program._fitting(row, plan, PATH) == row
+
+
 @pytest.mark.parametrize(
     "changed",
     [
@@ -183,13 +190,6 @@ def test_the_readme_tells_the_published_outcomes(program):
         {"task": "locomotion/stairs"},
     ],
 )
-def test_a_row_of_before_there_were_scripts_keeps_its_place(program):
-    row = program.read_rows(PATH.parent / "results-version4.jsonl")[0]
-    plan = program.plan_of([row])
-    assert "script" not in row.recipe
-    assert program._fitting(row, plan, PATH) == row
-
-
 def test_what_a_table_has_no_place_for_is_not_overwritten(program, study, tmp_path, changed):
     path = written(tmp_path / "some.jsonl", outcome(program, **changed))
     with pytest.raises(UserError, match="has no place for it: version"):
