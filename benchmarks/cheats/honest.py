@@ -14,8 +14,8 @@ from typing import Any
 from benchmarks.cheats.wins import commit
 
 from aidsr.core.artifacts import Robot
+from aidsr.learn.episodes.plausibility import part_check, scope_check, start_check
 from aidsr.learn.episodes.scene import TaskScene
-from aidsr.learn.rl.plausibility import part_check, scope_check, start_check
 from aidsr.sim.assembly import assemble
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import BENCHMARK_VERSION, TASKS_IN_SAMPLE, Task, load_task

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tests.scenes import small_arm
 
-from aidsr.learn.rl.plausibility import START_LENGTHS
+from aidsr.learn.episodes.plausibility import START_LENGTHS
 from aidsr.tools import TOOLS, Workspace
 
 BASES = "commands the speed of base_{}, -0.1 to 0.1 m/s, until it is at an end of -0.1 to 0.1 m"

@@ -27,7 +27,7 @@ def scene_facts(scene: MeasuredScene) -> tuple[str, ...]:
         UserError: Nothing can be commanded, or the scene is not one of its task.
         MjcfError: The scene cannot be loaded.
     """
-    from aidsr.learn.rl.plausibility import part_check, start_check
+    from aidsr.learn.episodes.plausibility import part_check, start_check
     from aidsr.sim.structure import read_structure
     from aidsr.tools.commands import commands_in_words
 

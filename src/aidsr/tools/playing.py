@@ -51,7 +51,8 @@ def play_variations(
     """Play a script from the beginning of an episode of each variation and return what happened.
 
     Those that succeed are played again as `aidsr evaluate` does for the verdict "valid": with slack cables, with a
-    locked soft body, and without the other actuators; all of them side by side.
+    locked soft body, without the other actuators, at half the time step, and with another integrator; all of them side
+    by side.
 
     Args:
         scene: The scene.
@@ -73,8 +74,10 @@ def play_variations(
         for variation in variations
     ]
     won = [one.variation for one in played if one.succeeded]
-    reasons = dict(zip(won, _not_valid(loaded, tracks, won, seconds), strict=True)) if won else {}
-    return tuple(one.model_copy(update={"not_valid": reasons.get(one.variation)}) for one in played)
+    if not won:
+        return tuple(played)
+    found = dict(zip(won, _played_again(loaded, tracks, won, seconds), strict=True))
+    return tuple(one.model_copy(update=found.get(one.variation, {})) for one in played)
 
 
 def _motion(scene: TaskScene, tracks: Script) -> ScriptPolicy:
@@ -115,13 +118,15 @@ def _episodes(
     return episodes
 
 
-def _not_valid(scene: TaskScene, tracks: Script, won: Sequence[int], seconds: float) -> list[tuple[str, ...]]:
-    """Return for each variation that a script wins why this is not the work of cables and soft body, in clauses.
+def _played_again(
+    scene: TaskScene, tracks: Script, won: Sequence[int], seconds: float
+) -> list[dict[str, tuple[str, ...]]]:
+    """Return for each variation that a script wins the fields `not_valid` and `fragile` of its recording."""
+    import numpy as np
 
-    Empty where it is.
-    """
     from aidsr.learn.episodes.rollout import rollout
     from aidsr.sim.deactivate import other_actuators, with_locked_soft_body, without_cables, without_other_actuators
+    from aidsr.sim.numerics import at_half_the_time_step, with_other_integrators
     from aidsr.sim.structure import read_structure
 
     chosen, structure = [scene.task.variation("development", index) for index in won], read_structure(scene.model)
@@ -141,7 +146,16 @@ def _not_valid(scene: TaskScene, tracks: Script, won: Sequence[int], seconds: fl
     if others:
         alone = ~wins(without_other_actuators(scene.model, structure))
         found.append((f"it fails without the {len(others)} actuators of the robot that pull on no cable", alone))
-    return [tuple(clause for clause, holds in found if holds[row]) for row in range(len(won))]
+    otherwise = [wins(model) for model in with_other_integrators(scene.model).values()]
+    lost = [
+        ("at half the time step", ~wins(at_half_the_time_step(scene.model))),
+        ("with another integrator", ~np.any(otherwise, axis=0)),
+    ]
+    fields = {"not_valid": found, "fragile": lost}
+    return [
+        {name: tuple(clause for clause, holds in those if holds[row]) for name, those in fields.items()}
+        for row in range(len(won))
+    ]
 
 
 def record(

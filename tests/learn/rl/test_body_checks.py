@@ -8,9 +8,9 @@ import pytest
 pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
 from aidsr.core.artifacts import Placement, Robot
+from aidsr.learn.episodes.plausibility import necessity_check, part_check, start_check
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.evaluation import body_checks, rollout_with_stats
-from aidsr.learn.rl.plausibility import necessity_check, part_check, start_check
 from aidsr.mjcf.compile import compile_mjcf
 from aidsr.sim.assembly import assemble
 from aidsr.sim.structure import read_structure

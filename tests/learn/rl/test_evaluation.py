@@ -1,5 +1,6 @@
 """The verdict on a policy: held-out episodes, and whether to believe them."""
 
+import copy
 import inspect
 import json
 import shutil
@@ -23,12 +24,8 @@ from aidsr.core.ends import mean_action_in_words
 from aidsr.core.errors import UserError
 from aidsr.core.storage_errors import StorageError
 from aidsr.learn.episodes.batch import Episodes
-from aidsr.learn.episodes.scene import TaskScene
-from aidsr.learn.rl import evaluation
-from aidsr.learn.rl.episode_stats import RECORDED, EpisodeStats, StatsRecorder
-from aidsr.learn.rl.evaluation import VERDICT_EPISODES, rollout_with_stats
-from aidsr.learn.rl.pictures import curve_picture, varied_mjcf
-from aidsr.learn.rl.plausibility import (
+from aidsr.learn.episodes.episode_stats import RECORDED, EpisodeStats, StatsRecorder
+from aidsr.learn.episodes.plausibility import (
     behavior_checks,
     exploit_check,
     penetration_check,
@@ -36,10 +33,15 @@ from aidsr.learn.rl.plausibility import (
     structure_check,
     training_check,
 )
+from aidsr.learn.episodes.scene import TaskScene
+from aidsr.learn.rl import evaluation
+from aidsr.learn.rl.evaluation import VERDICT_EPISODES, rollout_with_stats
+from aidsr.learn.rl.pictures import curve_picture, varied_mjcf
 from aidsr.learn.rl.trained import FinishedTraining, evaluate_training
 from aidsr.learn.rl.training import train
 from aidsr.learn.rl.training_folder import TrainingResult
 from aidsr.runs.trainings import Training
+from aidsr.sim.deactivate import without_cables
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import BENCHMARK_VERSION, Change, Variation, apply_to_simulation, goal_task, load_task, parse_goal
 from scenes import Always, Breaking, QuickPushing, builtin_scene, small_learning, small_scene
@@ -115,6 +117,22 @@ def test_other_physics_is_half_the_time_step_and_another_integrator_with_all_els
         step_s = scene.model.opt.timestep
         assert made[:3] == [(step_s, own, 0.04, 0.25), (step_s / 2, own, 0.04, 0.25), (step_s, other, 0.04, 0.25)]
         made.clear()
+
+
+def test_where_one_integrator_denies_a_success_the_next_decides_and_both_are_told(monkeypatch):
+    scene = small_learning()
+    slack, same = without_cables(scene.model, read_structure(scene.model)), copy.copy(scene.model)
+    monkeypatch.setattr(evaluation, "with_other_integrators", lambda _model: {"one": slack, "two": same})
+    verdict, _ = evaluate(scene, BENDING, threads=1)
+    check = named(verdict)["survives_other_integrator"]
+    assert (check.passed, check.measured) == (True, 1.0)
+    assert check.message == (
+        '20 episodes succeed with the integrator "two", 20 without that; 0 episodes succeed with the integrator "one", '
+        "20 without that"
+    )
+    monkeypatch.setattr(evaluation, "with_other_integrators", lambda _model: {"one": slack, "two": slack})
+    verdict, _ = evaluate(scene, BENDING, threads=1)
+    assert not named(verdict)["survives_other_integrator"].passed
 
 
 def test_a_robot_that_stays_still_is_neither():

@@ -5,4 +5,6 @@ actions         what one action drives: single actuators or groups that act toge
 proprioception  what is observed of the robot's own body, the same for every design
 batch           the running episodes
 rollout         whole episodes from reset to end
+episode_stats   motion, energy and joint limits of episodes
+plausibility    whether their motion can be believed
 """

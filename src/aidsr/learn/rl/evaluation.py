@@ -14,10 +14,8 @@ from aidsr.core.artifacts import Evaluation, MeanAction, PlausibilityCheck
 from aidsr.core.errors import UserError
 from aidsr.core.provenance import commit, processor, versions_of
 from aidsr.learn.episodes.batch import Episodes, StepResult
-from aidsr.learn.episodes.rollout import Constant, EpisodeOutcomes, Policy, rollout
-from aidsr.learn.episodes.scene import TaskScene
-from aidsr.learn.rl.episode_stats import RECORDED, EpisodeStats, StatsRecorder
-from aidsr.learn.rl.plausibility import (
+from aidsr.learn.episodes.episode_stats import RECORDED, EpisodeStats, StatsRecorder
+from aidsr.learn.episodes.plausibility import (
     FEWEST_SUCCESSES,
     behavior_checks,
     exploit_check,
@@ -30,10 +28,13 @@ from aidsr.learn.rl.plausibility import (
     structure_check,
     training_check,
 )
+from aidsr.learn.episodes.rollout import Constant, EpisodeOutcomes, Policy, rollout
+from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.policy import TrainedPolicy
 from aidsr.learn.rl.training import DEVELOPMENT
 from aidsr.learn.rl.training_folder import TrainingResult
 from aidsr.sim.deactivate import other_actuators, with_locked_soft_body, without_cables, without_other_actuators
+from aidsr.sim.numerics import at_half_the_time_step, with_other_integrators
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import BENCHMARK_VERSION, Split, Variation
 from aidsr.tasks.readings import FloatArray
@@ -220,17 +221,21 @@ class Replays:
 def _exploit_checks(
     scene: TaskScene, policy: Policy, rolled: EvaluationRollout, threads: int, smoothing: float
 ) -> list[PlausibilityCheck]:
-    """Play the same variations again with half the time step and with another integrator."""
+    """Play the same variations again with half the time step and with another integrator.
+
+    The second of the other integrators is asked only where successes do not survive the first.
+    """
     replays = Replays(scene, policy, rolled.variations, threads, smoothing)
     model, won = scene.model, int(rolled.outcomes.success.sum())
-    finer, other = copy.copy(model), copy.copy(model)
-    finer.opt.timestep /= 2
-    discrete, fast = int(mujoco.mjtIntegrator.mjINT_DISCRETE), int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
-    other.opt.integrator = discrete if model.opt.integrator != discrete else fast
-    return [
-        replays.survival("survives_half_time_step", "at half the time step", finer, won),
-        replays.survival("survives_other_integrator", "with another integrator", other, won),
-    ]
+    found = [replays.survival("survives_half_time_step", "at half the time step", at_half_the_time_step(model), won)]
+    tried: list[PlausibilityCheck] = []
+    for name, other in with_other_integrators(model).items():
+        tried.append(replays.survival("survives_other_integrator", f'with the integrator "{name}"', other, won))
+        if tried[-1].passed:
+            break
+    last = tried[-1]
+    told = "; ".join(check.message for check in reversed(tried))
+    return [*found, last.model_copy(update={"message": told})]
 
 
 def _mean_action(scene: TaskScene, rolled: EvaluationRollout, threads: int) -> MeanAction | None:

@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import PlausibilityCheck
+from aidsr.learn.episodes.episode_stats import EpisodeStats
 from aidsr.learn.episodes.rollout import EpisodeOutcomes
-from aidsr.learn.rl.episode_stats import EpisodeStats
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.sim.placement import mount_names
 from aidsr.sim.scope import find_out_of_scope
