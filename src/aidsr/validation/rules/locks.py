@@ -30,6 +30,8 @@ from aidsr.validation.rules.effect import (
 )
 from aidsr.validation.signals import Signal
 
+_MOST_PAIRS = 3
+"""Of parts that touch, in a message. Our choice: what a reader takes in."""
 LOCK_SHARE = 0.35
 """Effect / effect with the obstacle taken away; less means that the obstacle holds the robot. Our choice."""
 
@@ -50,7 +52,7 @@ def _find_self_collision_lock(robot: RobotUnderTest) -> Iterator[Fault]:
             SELF_COLLISION_LOCK,
             locked,
             freed,
-            message="the robot's own contacts hold it",
+            message=f"the robot's own contacts hold it ({_pairs_in_words(robot, locked)})",
             instead="where its parts may pass through each other",
             likely_cause="it has fallen on its own parts"
             if fallen
@@ -62,7 +64,7 @@ def _find_self_collision_lock(robot: RobotUnderTest) -> Iterator[Fault]:
 
 def _locked_drives(robot: RobotUnderTest) -> tuple[list[int], dict[int, float]]:
     """Actuators that the robot's own contacts hold, and effects without these contacts."""
-    weak = list(_touching_itself(robot, _hindered(robot)))
+    weak = list(_touching_pairs(robot, _hindered(robot)))
     if not weak:
         return [], {}
     tests = robot.single_tests(weak)
@@ -94,30 +96,43 @@ def _hindered(robot: RobotUnderTest) -> list[int]:
     return [index for index in measured_drives(robot) if robot.effect_of(index) < LOCK_SHARE]
 
 
-def _touching_itself(robot: RobotUnderTest, drives: Sequence[int]) -> Iterator[int]:
-    """Actuators after whose tests, or after settling, parts that nothing joins touch each other."""
+def _pairs_in_words(robot: RobotUnderTest, drives: Sequence[int]) -> str:
+    """Return which parts touch after the tests of some actuators: "link_2 on link_4"."""
+    pairs = sorted({pair for pairs in _touching_pairs(robot, drives).values() for pair in pairs})
+    told = [f"{robot.body(first)} on {robot.body(second)}" for first, second in pairs[:_MOST_PAIRS]]
+    return ", ".join(told) + (f" and {len(pairs) - _MOST_PAIRS} more" if len(pairs) > _MOST_PAIRS else "")
+
+
+def _touching_pairs(robot: RobotUnderTest, drives: Sequence[int]) -> dict[int, set[tuple[int, int]]]:
+    """Actuators after whose tests, or after settling, parts that nothing joins touch each other: pairs of bodies."""
     evidence, data = robot.driven, mujoco.MjData(robot.model)
     # Source: MuJoCo documentation, Modeling, "Collision detection": only parent and child are left out of collisions.
     joined = joined_bodies(robot.model)
     if evidence.battery is None or not drives:
-        return
-    if _touch(robot, data, evidence.settle.states[0], joined):
-        yield from drives
-        return
-    for drive in drives:
-        if any(_touch(robot, data, state, joined) for state in evidence.battery.states[robot.single_tests([drive])]):
-            yield drive
+        return {}
+    settled = _touching(robot, data, evidence.settle.states[0], joined)
+    if settled:
+        return dict.fromkeys(drives, settled)
+    states = evidence.battery.states
+    found = {
+        drive: set().union(*(_touching(robot, data, state, joined) for state in states[robot.single_tests([drive])]))
+        for drive in drives
+    }
+    return {drive: pairs for drive, pairs in found.items() if pairs}
 
 
-def _touch(robot: RobotUnderTest, data: mujoco.MjData, state: NDArray[np.float64], joined: set[frozenset[int]]) -> bool:
-    """Whether parts of the robot that nothing joins touch each other in a state."""
+def _touching(
+    robot: RobotUnderTest, data: mujoco.MjData, state: NDArray[np.float64], joined: set[frozenset[int]]
+) -> set[tuple[int, int]]:
+    """Return the pairs of bodies of the robot that touch each other in a state, those aside that something joins."""
     model = robot.model
     mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
     mujoco.mj_kinematics(model, data)
     mujoco.mj_collision(model, data)
     geoms = np.asarray(data.contact.geom).reshape(-1, 2)
     bodies = model.geom_bodyid[geoms[np.isin(geoms, robot.structure.geoms).all(axis=1)]]
-    return any(frozenset(pair) not in joined for pair in bodies.tolist())
+    pairs = {(min(pair), max(pair)) for pair in bodies.tolist()}
+    return {pair for pair in pairs if frozenset(pair) not in joined}
 
 
 def _shell(body: int) -> tuple[str, str]:
