@@ -139,9 +139,12 @@ def test_designs_of_all_runs_are_filtered_sorted_and_compared(runs: Path, server
         expect(page.get_by_text("Nothing differs.")).to_be_visible()
         expect(page.get_by_text("a tapering arm").first).to_be_visible()
         look = "[...document.querySelectorAll('.v3d-picture')].map((one) => one.viewer.whence()[1].x)"
+        drawn = "[...document.querySelectorAll('.v3d-picture')].every((one) => one.viewer && one.viewer.facts)"
+        page.wait_for_function(drawn)
         before = page.evaluate(look)
         assert before[0] == pytest.approx(before[1], rel=1e-3)
         page.get_by_label("3-D view of 1. Arm 1").press("ArrowLeft")
+        page.wait_for_function(drawn)
         after = page.evaluate(look)
         assert after[0] != pytest.approx(before[0], rel=1e-3)
         assert after[1] == pytest.approx(after[0], rel=1e-3)
