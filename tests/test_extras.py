@@ -86,3 +86,16 @@ def test_nobody_else_looks_for_modules() -> None:
     for path in sorted((ROOT / "src" / "aidsr").rglob("*.py")):
         if path.name != "extras.py":
             assert not re.search(r"find_spec|except (ModuleNotFound|Import)Error as", path.read_text()), path
+
+
+def test_playing_and_its_words_need_no_learning_library(tmp_path: Path) -> None:
+    """`assemble` says what keeps a policy from being valid, and `play` whether one would be: both without training."""
+    blocked = list(EXTRAS["rl"])
+    code = (
+        f"import sys; sys.modules.update(dict.fromkeys({blocked!r}))\n"
+        "import aidsr.learn.episodes.plausibility, aidsr.tools.recording, aidsr.tools.playing, aidsr.tools.motions\n"
+        "aidsr.tools.recording.validity_in_words([])\n"
+        "print(any(name.startswith('aidsr.learn.rl') for name in sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
+    assert (done.returncode, done.stdout.strip()) == (0, "False"), done.stderr

@@ -44,8 +44,10 @@ def test_joint_limits_give_way_with_the_step_under_discrete_and_under_no_other_i
     """docs/physics.md, stability."""
     kinds = mujoco.mjtIntegrator
     true = _tip_m(int(kinds.mjINT_IMPLICITFAST), 0.0005)
+    steps_s = (0.002, 0.0005, 0.0001)
     for kind in (kinds.mjINT_IMPLICITFAST, kinds.mjINT_IMPLICIT, kinds.mjINT_EULER):
-        assert _tip_m(int(kind), 0.002) == pytest.approx(true, abs=1e-5)
+        for step_s in steps_s:
+            assert _tip_m(int(kind), step_s) == pytest.approx(true, abs=1e-5)
     discrete = int(kinds.mjINT_DISCRETE)
-    off_mm = [1000 * float(np.linalg.norm(_tip_m(discrete, step_s) - true)) for step_s in (0.002, 0.0005)]
-    assert off_mm == pytest.approx([5.2, 1.9], abs=0.3)
+    off_mm = [1000 * float(np.linalg.norm(_tip_m(discrete, step_s) - true)) for step_s in steps_s]
+    assert off_mm == pytest.approx([5.2, 1.9, 0.4], abs=0.1)
