@@ -6,7 +6,7 @@ Policies are trained by protocol `best`; successful ones are also played in pert
 the 14 that the rules were written with in view (in sample) and the 4 that came later apart. A study (aidsr.studies)
 with one concept a run: the n-th design of a task is the first concept of seed n - 1. Every task gets its first design
 before any gets its second, so the table means something whenever it is stopped. Raw outcomes go to
-results-version4.jsonl beside this file and the table made of them to results-version4.md, or to files of
+results-version5.jsonl beside this file and the table made of them to results-version5.md, or to files of
 another name (`--out mine`). The same command goes on with what is left, on this machine or another one: a design whose
 outcome is in the .jsonl is not trained again. To train all yourself, name files that are not there yet.
 
@@ -47,7 +47,7 @@ from aidsr.studies.pool import LocalPool
 from aidsr.studies.runner import Progress, run_study
 from aidsr.studies.study import Arm, Cell, Study, StudyPlan, create_study, versions_now
 from aidsr.studies.tables import PAPER, sample_in_words
-from aidsr.tasks import BENCHMARK_VERSION, TASKS, TASKS_IN_SAMPLE, TASKS_OUT_OF_SAMPLE, load_task
+from aidsr.tasks import BENCHMARK_VERSION, TASKS, TASKS_IN_SAMPLE, TASKS_OUT_OF_SAMPLE, is_current, load_task
 
 HOME = Path(__file__).parent
 _OUT = f"results-version{BENCHMARK_VERSION}"
@@ -174,7 +174,7 @@ def plan_of(rows: Sequence[Row]) -> StudyPlan:
     Raises:
         UserError: They are not all of one version, level, budget and protocol.
     """
-    found = sorted({(row.benchmark_version, row.level, row.most_steps, _protocol_of(row)) for row in rows})
+    found = sorted({(_version_of(row), row.level, row.most_steps, _protocol_of(row)) for row in rows})
     if len(found) > 1:
         told = "; ".join(f"version {v}, level {level}, {steps:,} steps, `{by}`" for v, level, steps, by in found)
         raise UserError(f"rows of one table differ in version, level, budget or protocol: {told}; keep one in the file")
@@ -190,6 +190,11 @@ def plan_of(rows: Sequence[Row]) -> StudyPlan:
         perturbed=any(row.kept_perturbed for row in rows),
         benchmark_version=version,
     )
+
+
+def _version_of(row: Row) -> int:
+    """Return the version of the benchmark that a row counts in: today's where its task has not changed since."""
+    return BENCHMARK_VERSION if is_current(row.task, row.benchmark_version) else row.benchmark_version
 
 
 def _protocol_of(row: Row) -> Protocol:
@@ -262,7 +267,7 @@ def merged(study: Study, published: Sequence[Row]) -> list[Row]:
 
 
 def _fitting(row: Row, plan: StudyPlan, where: Path) -> Row:
-    conditions = (row.benchmark_version, row.level, row.most_steps, _with_defaults(row.recipe))
+    conditions = (_version_of(row), row.level, row.most_steps, _with_defaults(row.recipe))
     recipe = _recipe(plan.protocol)
     asked = conditions == (plan.benchmark_version, plan.level, plan.steps, recipe)
     if not asked or row.task not in plan.tasks or row.design > plan.runs or row.policy_seed >= plan.seeds:

@@ -31,7 +31,7 @@ from aidsr.core.artifacts import PlausibilityCheck, ValidationReport
 from aidsr.core.errors import MjcfError, UserError
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.evaluation import evaluate
-from aidsr.tasks import BENCHMARK_VERSION, TASKS_IN_SAMPLE, Task, load_task
+from aidsr.tasks import BENCHMARK_VERSION, TASKS_IN_SAMPLE, Task, is_current, load_task
 
 HERE = Path(__file__).parent
 RESULTS, PAGE = HERE / "results.jsonl", HERE / "results.md"
@@ -92,7 +92,7 @@ def current() -> list[Row]:
     return [
         row
         for row in read_rows(RESULTS)
-        if row["benchmark_version"] == BENCHMARK_VERSION
+        if is_current(row["task"], row["benchmark_version"])
         and (row["body"], row["sha256"]) in bodies
         and row["how"] != "undecided"
     ]

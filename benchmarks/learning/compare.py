@@ -39,7 +39,7 @@ from aidsr.learn.rl.policy import TrainedPolicy, one_torch_thread
 from aidsr.learn.rl.recipe import PROTOCOLS, Recipe
 from aidsr.learn.rl.training import DEVELOPMENT, train
 from aidsr.learn.rl.vector_env import BatchedVecEnv
-from aidsr.tasks import BENCHMARK_VERSION, Variation
+from aidsr.tasks import BENCHMARK_VERSION, Variation, is_current
 from aidsr.tasks.readings import FloatArray
 
 RESULTS = Path(__file__).with_name("results.jsonl")
@@ -122,8 +122,9 @@ def recipe_now(way: Way) -> Recipe | None:
 
 
 def _same(row: Row, scene: SuiteScene, way: Way, seed: int, steps: int) -> bool:
-    asked = (scene.name, way, seed, steps, recipe_now(way), BENCHMARK_VERSION)
-    return (row.scene, row.protocol, row.seed, row.steps, row.recipe, row.benchmark_version) == asked
+    asked = (scene.name, way, seed, steps, recipe_now(way))
+    same = (row.scene, row.protocol, row.seed, row.steps, row.recipe) == asked
+    return same and is_current(row.task, row.benchmark_version)
 
 
 def _note(path: Path, row: Row) -> None:

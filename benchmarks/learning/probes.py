@@ -16,7 +16,7 @@ from benchmarks.learning.suite import suite
 from aidsr.core.artifacts import Artifact
 from aidsr.core.provenance import commit
 from aidsr.learn.openloop.probe_scene import probe_scene
-from aidsr.tasks import BENCHMARK_VERSION
+from aidsr.tasks import BENCHMARK_VERSION, is_current
 
 PROBES = Path(__file__).with_name("probes.jsonl")
 VARIATIONS = 4
@@ -63,7 +63,9 @@ def probes_of(path: Path) -> dict[str, Probe]:
     """Return what is known of the present version of the benchmark, by scene."""
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
     probes = [Probe.model_validate_json(line) for line in lines]
-    return {probe.scene: probe for probe in probes if probe.benchmark_version == BENCHMARK_VERSION}
+    tasks = {scene.name: scene.task for scene in suite()}
+    known = [probe for probe in probes if probe.scene in tasks]
+    return {probe.scene: probe for probe in known if is_current(tasks[probe.scene], probe.benchmark_version)}
 
 
 if __name__ == "__main__":

@@ -27,7 +27,7 @@ from aidsr.learn.rl.policy import one_torch_thread
 from aidsr.learn.rl.robustness import SUMMARIES, perturbed_episodes
 from aidsr.learn.rl.trained import FinishedTraining
 from aidsr.runs.files import replace_file
-from aidsr.tasks import BENCHMARK_VERSION
+from aidsr.tasks import BENCHMARK_VERSION, is_current
 
 HOME = Path(__file__).parent
 TASKS = ("button_pushing", "simple_grasping", "flat_ground")
@@ -66,7 +66,7 @@ def main() -> None:
     args = parser.parse_args()
     raw = args.out.with_suffix(".jsonl")
     rows = read(raw)
-    if any(row.benchmark_version != BENCHMARK_VERSION for row in rows):
+    if not all(is_current(row.task, row.benchmark_version) for row in rows):
         sys.exit(f"{raw} is of another version of the benchmark than {BENCHMARK_VERSION}; name another file with --out")
     for seed in range(args.seeds):
         for task in args.tasks:

@@ -44,7 +44,7 @@ from aidsr.runs import Run, read_status
 from aidsr.runs.files import replace_file
 from aidsr.runs.folders import DesignFolder
 from aidsr.runs.trainings import Training
-from aidsr.tasks import BENCHMARK_VERSION
+from aidsr.tasks import BENCHMARK_VERSION, is_current
 from aidsr.teams.providers.manual import prompts_directory
 
 HOME = Path(__file__).parent
@@ -286,7 +286,8 @@ def table(rows: Sequence[Row], floors: Sequence[Floor] = ()) -> str:
         f"Intervals: Wilson, 95 %. *Floor*: the most that idling, the best of {CONSTANTS} constant actions or random "
         f"actions win in the scene of a successful design, of {FLOOR_EPISODES} held-out episodes (`--floors`). "
         "*Perturbed, kept*: the share of success left in perturbed scenes (`--perturbed`). *Script*: the policy begins "
-        "with the motion by which its designer saw the robot win, and corrects it. Empty: not measured, or none.",
+        "with the motion by which its designer saw the robot win, and corrects it. *Version N*: of before "
+        "the task became harder; none of these succeeded then. Empty: not measured, or none.",
         "",
         "| arm | tasks | designs | first robot stable | approved | valid | successful | tokens a design | "
         "calls a design | tokens a successful design |",
@@ -329,7 +330,8 @@ def _rate(values: Iterable[bool]) -> str:
 
 def line_of(row: Row, floor: Floor | None = None) -> str:
     """Return the line of one design."""
-    words = [row.task, row.arm, row.concept, row.outcome]
+    changed = "" if is_current(row.task, row.benchmark_version) else f" (version {row.benchmark_version})"
+    words = [row.task + changed, row.arm, row.concept, row.outcome]
     words += [_yes(row.valid), _yes(row.successful), f"{row.success_share:.0%}", f"{row.progress:.2f}"]
     words += ["" if row.kept_perturbed is None else f"{row.kept_perturbed:.0%}"]
     words += [f"{max(floor.wins.values()) / floor.episodes:.0%}" if floor else "", "yes" if row.script else ""]

@@ -33,7 +33,7 @@ from aidsr.learn.rl.policy import one_torch_thread
 from aidsr.learn.rl.recipe import PROTOCOLS
 from aidsr.learn.rl.trained import FinishedTraining
 from aidsr.learn.rl.training import train
-from aidsr.tasks import BENCHMARK_VERSION
+from aidsr.tasks import BENCHMARK_VERSION, is_current
 from aidsr.tools.trial import try_scene
 
 RESULTS = Path(__file__).with_name("results.jsonl")
@@ -102,19 +102,16 @@ def taken_over() -> dict[str, Trained]:
     return {
         row.scene: row
         for row in trained_rows(TRAININGS)
-        if (row.protocol, row.steps, row.benchmark_version) == ("best", STEPS, BENCHMARK_VERSION)
+        if (row.protocol, row.steps) == ("best", STEPS)
+        and is_current(row.task, row.benchmark_version)
         and row.task not in _CHANGED_SINCE
     }
 
 
 def is_of(row: Row, scene: TrialScene, kind: str, sha256: str) -> bool:
     """Whether a row is of this scene as it is today."""
-    return (row.scene, row.kind, row.scene_sha256, row.benchmark_version) == (
-        scene.name,
-        kind,
-        sha256,
-        BENCHMARK_VERSION,
-    )
+    same = (row.scene, row.kind, row.scene_sha256) == (scene.name, kind, sha256)
+    return same and is_current(row.task, row.benchmark_version)
 
 
 def make(kind: Kind, asked: TrialScene, scene: TaskScene) -> Row:
@@ -181,7 +178,7 @@ def _note(path: Path, row: Row) -> None:
 
 def kept(rows: Sequence[Row], kind: Kind) -> dict[str, Row]:
     """Return the newest row of each scene."""
-    return {row.scene: row for row in rows if row.kind == kind and row.benchmark_version == BENCHMARK_VERSION}
+    return {row.scene: row for row in rows if row.kind == kind and is_current(row.task, row.benchmark_version)}
 
 
 if __name__ == "__main__":

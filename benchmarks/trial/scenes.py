@@ -27,7 +27,7 @@ from aidsr.learn.episodes.scene import TaskScene
 from aidsr.runs import Run
 from aidsr.runs.files import replace_file
 from aidsr.runs.folders import DesignFolder
-from aidsr.tasks import BENCHMARK_VERSION, TASKS
+from aidsr.tasks import TASKS, is_current
 
 SEEDS = (0, 1)
 MADE = Path("build") / "trial-scenes"
@@ -68,7 +68,7 @@ def scenes(half: Half | None = None, names: Collection[str] | None = None) -> It
 def trained_by_teams() -> dict[str, TeamsRow]:
     """Return the trainings of this version of the benchmark in `benchmarks.teams`, by the scene's fingerprint."""
     rows = read_rows(TEAMS_TRAINED)
-    return {row.scene_sha256: row for row in rows if row.scene_sha256 and row.benchmark_version == BENCHMARK_VERSION}
+    return {row.scene_sha256: row for row in rows if row.scene_sha256 and is_current(row.task, row.benchmark_version)}
 
 
 def _of(scene: SuiteScene) -> TrialScene:

@@ -67,7 +67,7 @@ def test_what_only_some_links_have_is_quoted_once() -> None:
     (said,) = comments(condense(robot(footed)))
     assert said == (
         "7 more, arm_2, arm_3 … arm_8: each inside the one before and like arm_1; arm_3, arm_5, arm_7 also have "
-        '<geom name="foot_3" type="box" size="3 1 1"/>, but its own size 5 1 1 | 7 1 1'
+        '<geom name="foot_3" type="box" size="3 1 1"/> (foot_3, foot_5 … foot_7), but its own size 5 1 1 | 7 1 1'
     )
 
 

@@ -162,6 +162,24 @@ def test_a_drawer_counts_as_open_only_while_the_others_are_shut(other_m, stage):
     assert (worth > 2.5 / 12) == (stage == 3.0)
 
 
+@pytest.mark.parametrize(
+    ("turn", "opening_m", "stage", "lost"),
+    [
+        (0, 0.061, 2.0, False),
+        (1, 0.059, 2.0, False),
+        (1, 0.061, 2.0, True),
+        (0, 0.061, 6.0, True),
+        (1, 0.061, 12.0, False),
+    ],
+)
+def test_who_opens_a_drawer_out_of_turn_has_lost(turn, opening_m, stage, lost):
+    task = load_task("drawer_opening")
+    seen = first(task.name)
+    drawer = f"drawer_{int(seen.parameters['order'][0, turn]) + 1}_opening"
+    memory = {**task.reset_state(seen), "stage": np.full(1, stage)}
+    assert task.is_failure(altered(seen, {drawer: opening_m}), memory) == [lost]
+
+
 @pytest.mark.parametrize(("before_m", "lost"), [(0.01, False), (0.004, True), (-0.03, True)])
 def test_a_robot_that_starts_among_the_handles_has_lost(before_m, lost):
     task = load_task("drawer_opening")

@@ -8,11 +8,11 @@ from benchmarks.tasks.wins.table import FACTS, PAGE, page
 
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import rollout
-from aidsr.tasks import BENCHMARK_VERSION, TASKS_OUT_OF_SAMPLE, load_task
+from aidsr.tasks import TASKS_OUT_OF_SAMPLE, is_current, load_task
 from aidsr.validation import validate
 
 ROWS = [json.loads(line) for line in FACTS.read_text(encoding="utf-8").splitlines()]
-WON = [row for row in ROWS if row["wins"] and row["version"] == BENCHMARK_VERSION]
+WON = [row for row in ROWS if row["wins"] and is_current(row["task"], row["version"])]
 EPISODES = 3
 
 

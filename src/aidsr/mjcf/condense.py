@@ -136,7 +136,9 @@ def _also(links: Sequence[tuple[Element, list[Element]]]) -> str | None:
             return None
         names = ", ".join(_label(link) for link, _ in alike)
         quotation = "".join(str(etree.tostring(part, encoding="unicode", with_tail=False)) for part in quoted)
-        comment += f"; {names} also {'have' if others else 'has'} {quotation}{differences}"
+        called = [_named(parts) for parts in zip(*(more for _, more in alike), strict=True) if parts[0].get("name")]
+        own_names = f" ({'; '.join(called)})" if others and called else ""
+        comment += f"; {names} also {'have' if others else 'has'} {quotation}{own_names}{differences}"
     return comment
 
 

@@ -63,6 +63,7 @@ __all__ = [
     "apply_to_batch",
     "apply_to_simulation",
     "goal_task",
+    "is_current",
     "load_task",
     "parse_goal",
     "read_goal",
@@ -134,6 +135,19 @@ def load_task(name: str, level: Level = "standard") -> Task:
     if level not in levels:
         raise UserError(f'task "{found[0]}" has no level "{level}"; levels: {", ".join(levels)}')
     return task.at(level)
+
+
+def is_current(name: str, version: int) -> bool:
+    """Return whether what a version of the benchmark found in a task counts today: the task has not changed since.
+
+    Args:
+        name: As for `load_task`.
+        version: `BENCHMARK_VERSION` of then.
+
+    Raises:
+        UserError: There is no such task.
+    """
+    return load_task(name).unchanged_since <= version <= BENCHMARK_VERSION
 
 
 def _unknown(name: str, found: list[str], names: tuple[str, ...]) -> str:

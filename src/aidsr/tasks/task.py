@@ -25,7 +25,7 @@ from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.variation import Variation
 
-BENCHMARK_VERSION = 4
+BENCHMARK_VERSION = 5
 """Changes whenever a dimension, a threshold, a variation or an end of a task does; every result carries it.
 
 Version 2 ends an episode that cannot be recovered: a robot 0.1 m outside its lane, an object off the table, on the
@@ -55,6 +55,9 @@ Version 4 closes ways to success that need no soft body, and tests by success wh
 - stairs, obstacles, gap, tunnel: a robot that starts with a part beyond the beginning has lost. A long worm had started
   across the gap.
 - all tasks: a valid policy needs its cables and its soft body, and no other actuators; a verdict has 100 episodes.
+
+Version 5 changes drawer_opening alone (`Task.unchanged_since`): who opens a drawer out of turn has lost. One sequence
+that holds all six orders had won every episode without looking at which drawer is wanted.
 """
 
 Level = Literal["standard", "hard"]
@@ -122,6 +125,8 @@ class Task(ABC):
     control_dt_s: ClassVar[float] = 0.04
     """Time between two actions [s]. Source: our choice, 25 Hz, above the bandwidth of a tendon winch."""
     needs_contact: ClassVar[bool] = True
+    unchanged_since: ClassVar[int] = 4
+    """Version of the benchmark from which on results of this task are comparable with today's."""
     required_names: ClassVar[tuple[str, ...]]
     """Bodies, joints, sites, actuators and sensors of the environment that this task cannot do without."""
     sensors: ClassVar[tuple[TaskSensor, ...]]

@@ -16,7 +16,7 @@ from aidsr.learn.rl.evaluation import VERDICT_EPISODES, EvaluationPoint, Evaluat
 from aidsr.learn.rl.policy import TrainedPolicy, one_torch_thread
 from aidsr.learn.rl.robustness import perturbed_episodes
 from aidsr.learn.rl.training_folder import TrainingConfig, TrainingFolder, TrainingResult
-from aidsr.tasks import BENCHMARK_VERSION, Level, Split, goal_task, load_task
+from aidsr.tasks import BENCHMARK_VERSION, Level, Split, goal_task, is_current, load_task
 from aidsr.tasks.goals import GOAL_VERSION
 from aidsr.tasks.task import edit_environment
 
@@ -86,7 +86,7 @@ def _check_version(folder: Path, config: TrainingConfig) -> None:
             f"the policy in {folder} was trained for goals as an earlier version measured them; train it again, with "
             "aidsr train"
         )
-    if config.goal is None and config.benchmark_version != BENCHMARK_VERSION:
+    if config.goal is None and not is_current(config.task, config.benchmark_version):
         raise UserError(
             f"the policy in {folder} is of version {config.benchmark_version} of the benchmark, not "
             f"{BENCHMARK_VERSION}; train it again"

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.mark import Mark
@@ -42,6 +43,7 @@ class DrawerOpening(Task):
     """
 
     name: ClassVar = "manipulation/drawer_opening"
+    unchanged_since: ClassVar = 5
     base: ClassVar = "moving"
     time_limit_s: ClassVar = 60.0
     hold_s: ClassVar = 0.5
@@ -74,10 +76,10 @@ class DrawerOpening(Task):
     def objective(self) -> str:
         return (
             "Open three drawers by their bar handles (12 mm thick, 60 mm wide, 25 mm in front), 0.10, 0.20 and 0.30 "
-            f"m above the floor, one after the other in a given order: at least {1000 * OPEN_M:g} mm out while the two "
-            f"others are shut, then back to {1000 * SHUT_M:g} mm or less, against {self.friction_n:g} N of friction. "
-            "The mount, 0.25 m before them and 0.20 m above the floor, moves 0.04 m "
-            "towards them and 0.05 m up and down."
+            "m above the floor, one after the other in a given order, none out of turn: at least "
+            f"{1000 * OPEN_M:g} mm out while the two others are shut, then back to {1000 * SHUT_M:g} mm or less, "
+            f"against {self.friction_n:g} N of friction. The mount, 0.25 m before them and 0.20 m above the floor, "
+            "moves 0.04 m towards them and 0.05 m up and down."
         )
 
     @property
@@ -98,7 +100,10 @@ class DrawerOpening(Task):
                 f"only while the two others are open by {1000 * SHUT_M:g} mm or less."
             ),
             violation=f"More than {MAX_FORCE_N:g} N on a handle.",
-            failure="A part of the robot is level with the bars of the handles, or behind them, at the start.",
+            failure=(
+                "A part of the robot is level with the bars of the handles, or behind them, at the start. A drawer "
+                f"whose turn it is not is opened by {1000 * OPEN_M:g} mm."
+            ),
         )
 
     @property
@@ -146,8 +151,7 @@ class DrawerOpening(Task):
         return (state["stage"] >= ALL_STAGES) & (openings_m(readings) <= SHUT_M).all(axis=1)
 
     def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
-        del readings
-        return state["among"] > 0.0
+        return np.asarray((state["among"] > 0.0) | out_of_turn(readings, state))
 
 
 def openings_m(readings: Readings) -> FloatArray:
@@ -171,12 +175,23 @@ def wanted(readings: Readings, state: TaskState) -> tuple[FloatArray, FloatArray
     After the last stage it is the one that is farthest open, because all have to be shut.
     """
     row, opened_m = np.arange(readings.n), openings_m(readings)
-    turn = np.minimum(state["stage"] // STAGES, len(DRAWERS) - 1).astype(np.intp)
-    in_turn = readings.parameters["order"][row, turn].astype(np.intp)
-    drawer = np.where(state["stage"] >= ALL_STAGES, opened_m.argmax(axis=1), in_turn)
+    drawer = np.where(state["stage"] >= ALL_STAGES, opened_m.argmax(axis=1), in_turn(readings, state))
     handles_m = np.stack([readings[f"{name}_position"] for name in DRAWERS], axis=1)
     forces_n = np.column_stack([readings.force_n(f"{name}_force") for name in DRAWERS])
     return handles_m[row, drawer] - readings["tip_position"], opened_m[row, drawer], forces_n[row, drawer]
+
+
+def in_turn(readings: Readings, state: TaskState) -> NDArray[np.intp]:
+    """Return the number of the drawer whose turn it is, from 0, (n,); the last one after the last stage."""
+    turn = np.minimum(state["stage"] // STAGES, len(DRAWERS) - 1).astype(np.intp)
+    return np.asarray(readings.parameters["order"][np.arange(readings.n), turn].astype(np.intp))
+
+
+def out_of_turn(readings: Readings, state: TaskState) -> BoolArray:
+    """Return whether a drawer is open whose turn it is not, (n,); after the last stage none counts."""
+    others = np.arange(len(DRAWERS)) != in_turn(readings, state)[:, None]
+    opened = ((openings_m(readings) >= OPEN_M) & others).any(axis=1)
+    return np.asarray(opened & (state["stage"] < ALL_STAGES))
 
 
 def to_be_shut(state: TaskState) -> BoolArray:
