@@ -28,7 +28,7 @@ def findings(page: Page) -> list[str]:
     ]
 
 
-SCHEMES_AND_WIDTHS = [("light", 390), ("dark", 1280), ("light", 1280)]
+SCHEMES_AND_WIDTHS = [("light", 390), ("dark", 1280)]
 
 
 def findings_everywhere(page: Page) -> list[str]:

@@ -2,6 +2,7 @@
 
 import shutil
 from collections.abc import Iterator
+from itertools import cycle
 from pathlib import Path
 from urllib.error import HTTPError
 from urllib.request import urlopen
@@ -19,12 +20,14 @@ GONE = "gone"
 
 @pytest.fixture(scope="module")
 def damaged(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder of runs, one for each file and damage, named by both."""
+    """A folder of runs, three for each file, named by it and what was done: damaged in two ways, by turns, and gone."""
     made = made_run(tmp_path_factory.mktemp("whole"), designs=1).path
     runs = tmp_path_factory.mktemp("damaged") / "runs"
-    for file in sorted(each for each in made.rglob("*") if each.is_file()):
+    files = sorted(each for each in made.rglob("*") if each.is_file())
+    ways = cycle(DAMAGES)
+    for file in files:
         place = file.relative_to(made)
-        for damage in (*DAMAGES, GONE):
+        for damage in (next(ways), next(ways), GONE):
             copy = Path(shutil.copytree(made, runs / f"{'-'.join(place.parts)}_{damage}"))
             if damage == GONE:
                 (copy / place).unlink()
