@@ -344,6 +344,12 @@ def _yes(value: bool) -> str:
     return "yes" if value else "no"
 
 
+def _robot_of(design: DesignFolder) -> tuple[Path, ...]:
+    """Return the files of the approved robot, which hold what belongs together in an action; none without one."""
+    robots = [iteration.robot for iteration in design.leading_to() if iteration.robot.xml.path.exists()]
+    return (robots[0].json.path, robots[0].xml.path) if robots and design.final_scene.path.exists() else ()
+
+
 def publish(run: Run, target: Path) -> None:
     """Copy what `replay:` needs, and the final robots and scenes, without the directory that prompts went through."""
     desk = str(prompts_directory(run.asked().config.model) or "")
@@ -352,6 +358,7 @@ def publish(run: Run, target: Path) -> None:
     found = [run.path / name for name in names]
     found += [path for path in run.path.rglob("*.json") if "calls" in path.relative_to(run.path).parts]
     found += [path for name in _FINAL for path in run.path.glob(f"designs/*/{name}")]
+    found += [path for design in run.designs for path in _robot_of(design)]
     for path in found:
         copy = target / path.relative_to(run.path)
         copy.parent.mkdir(parents=True, exist_ok=True)
