@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from benchmarks.teams.run import Asked, Floor, Row, row_of, table
+from benchmarks.teams.run import Asked, Floor, Row, publish, row_of, table
 
 import aidsr
+from aidsr.api import find_scene
 from aidsr.core.calls import CallRecord, Question, Usage
+from aidsr.runs import Run
 from scenes import small_arm
 
 
@@ -63,6 +66,9 @@ def test_the_floor_is_the_most_that_an_untrained_policy_wins_in_the_same_scene()
     assert titled(table([WON]), "task")["perturbed, kept"] == "95%"
 
 
+HEADER = {"functional_part": "tip", "actuator_groups": [{"name": "both", "actuators": ["pull_left", "pull_right"]}]}
+
+
 @dataclass
 class Writes:
     """A model that writes one robot, whatever it is asked."""
@@ -71,7 +77,7 @@ class Writes:
     name: str = "writes"
 
     def ask(self, question: Question) -> CallRecord:
-        reply = f'```json\n{{"functional_part": "tip"}}\n```\n```xml\n{self.mjcf}\n```'
+        reply = f"```json\n{json.dumps(HEADER)}\n```\n```xml\n{self.mjcf}\n```"
         return CallRecord(
             question=question, model=self.name, reply=reply, finish="stop", usage=Usage(calls=1), started="2026-01-01"
         )
@@ -95,3 +101,11 @@ def test_a_robot_that_was_taken_as_written_is_validated_before_it_is_trained(
     else:
         found = row_of(run, run.design(1), Asked(steps=100, perturbed=False))
         assert (found.outcome, found.first_stable, found.valid) == ("not stable", False, False)
+
+
+def test_a_published_design_keeps_what_moves_together(tmp_path: Path) -> None:
+    run = aidsr.design(task="button_pushing", model=Writes(small_arm()), method="direct", concepts=1, runs=tmp_path)
+    publish(run, tmp_path / "published")
+    made, published = (find_scene(each.design(1)) for each in (run, Run(tmp_path / "published")))
+    assert published.groups == made.groups
+    assert published.groups
