@@ -15,6 +15,7 @@ import aidsr
 from aidsr.api import find_scene
 from aidsr.core.config import Budget
 from aidsr.core.errors import UserError
+from aidsr.memory import lessons_of
 from aidsr.runs import Run
 from aidsr.teams.measuring.exploration import Exploration
 from aidsr.teams.providers.manual import pending_prompts
@@ -78,6 +79,13 @@ def test_a_model_with_tools_designs_and_measures(tmp_path: Path) -> None:
     offered = {tool["function"]["name"] for tool in server.requests[0].body["tools"]}
     assert {"propose", "play", "sweep", "train", "finish"} <= offered
     assert "look" not in offered
+    (lesson,) = lessons_of(run)
+    assert (lesson.family, lesson.name, lesson.morphology, lesson.actuators) == ("arm", "robot_1", "It pulls.", 3)
+    assert lesson.evidence == f"{run.path.name}/designs/1/01/work/scene_1"
+    assert lesson.how.startswith("play: 0.4 s of development variation")
+    assert 0.0 < lesson.progress < 1.0
+    assert not lesson.solved
+    assert lesson.found == "the only one"
     assert [name.partition("_")[2] for name in results(run)] == [
         f"{name}.json" for calls in ROUNDS for name, _ in calls
     ]

@@ -1,4 +1,4 @@
-"""Lessons from the folder of a run: one for each scene that was tried on its task."""
+"""Lessons from the folder of a run: one for each scene that was tried on its task, or measured by its designer."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from aidsr.core.artifacts import Brief, Concept, Robot, TaskReport
 from aidsr.core.provenance import commit
 from aidsr.memory.lesson import Lesson
+from aidsr.memory.sessions import lessons_of_session
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.compare import attempted, compare
 from aidsr.runs.record import RunRecord
@@ -15,7 +16,7 @@ from aidsr.runs.status import newest
 
 
 def lessons_of(run: Run) -> tuple[Lesson, ...]:
-    """Return what a run measured; nothing where it was made without `task_feedback`.
+    """Return what a run measured: by `task_feedback`, or by the measuring team; nothing where it had neither.
 
     Raises:
         UserError: The folder is not a run, or a file of it is damaged.
@@ -27,6 +28,8 @@ def lessons_of(run: Run) -> tuple[Lesson, ...]:
 def _of_design(run: Run, design: DesignFolder, asked: RunRecord, brief: Brief) -> Iterator[Lesson]:
     before: tuple[int, float] | None = None
     for iteration in design.iterations:
+        evidence = f"{run.path.resolve().name}/designs/{design.number}/{iteration.path.name}"
+        yield from lessons_of_session(iteration, evidence, asked, brief)
         tried = iteration.measured_again.read() or iteration.task_report.read()
         scene = iteration.scene.read()
         if tried is None or scene is None:
@@ -48,7 +51,7 @@ def _of_design(run: Run, design: DesignFolder, asked: RunRecord, brief: Brief) -
             progress_before=before[1] if before else None,
             **_measured(tried),
             model=asked.config.model.partition(":")[0] if ":" in asked.config.model else asked.config.model,
-            evidence=f"{run.path.resolve().name}/designs/{design.number}/{iteration.path.name}",
+            evidence=evidence,
             scene_sha256=hashlib.sha256(scene.mjcf.encode()).hexdigest(),
             commit=commit(),
         )

@@ -9,7 +9,7 @@ from pydantic import Field
 from aidsr.core.artifacts import Artifact, Base
 from aidsr.core.formatting import excerpt
 
-_JOB, _BODY, _FOUND = 160, 320, 400
+_JOB, _BODY, _FOUND, _HOW = 160, 320, 400, 160
 """Characters of the words on a job, a body and a trial it repeats; ours: eight lessons take up to 3,000 tokens."""
 
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
@@ -38,11 +38,13 @@ class Lesson(Artifact):
     progress_before: Share | None = None
     """Of that attempt."""
     progress: Share
-    """Mean over the searches of the trial."""
+    """Mean over the searches of the trial, or over the variations and seeds of the measurement."""
     least: Share
     most: Share
-    """Least and greatest progress of its searches."""
+    """Least and greatest progress of its searches; of a measurement the mean, too."""
     searches: Annotated[int, Field(ge=1)]
+    how: str = ""
+    """How its designer measured it, with what came of it; "" for a trial."""
     solved: bool
     """Whether the trial got through the decisive stage of the job: in most searches, or by a script."""
     found: str
@@ -56,6 +58,13 @@ class Lesson(Artifact):
     scene_sha256: str
     commit: str = ""
     """Of the source that collected it."""
+
+    def _measured(self) -> str:
+        """Return how far it came, by which motions, and whether that was enough."""
+        if self.how:
+            return f"progress {self.progress:.2f} ({excerpt(_line(self.how), _HOW)})"
+        searches = f"{self.least:.2f} to {self.most:.2f} in {_count(self.searches, 'search', 'searches')}"
+        return f"progress {self.progress:.2f} ({searches}), decisive stage {'' if self.solved else 'not '}reached"
 
     @property
     def job(self) -> str:
@@ -77,8 +86,7 @@ class Lesson(Artifact):
         parts = [
             f"{self.name} ({self.family}, {_count(self.actuators, 'actuator')} in {_count(self.groups, 'group')}): "
             f"{excerpt(_line(f'{self.morphology} {self.actuation}'), _BODY)}",
-            f"Measured: progress {self.progress:.2f} ({self.least:.2f} to {self.most:.2f} in "
-            f"{_count(self.searches, 'search', 'searches')}), decisive stage {'' if self.solved else 'not '}reached.",
+            f"Measured: {self._measured()}.",
         ]
         if self.policy_success is not None:
             parts.append(f"A short training won {self.policy_success:.0%} of its development episodes.")

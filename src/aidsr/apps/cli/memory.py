@@ -11,7 +11,7 @@ memory = App(name="memory", help="Keep what runs measured, and look at what a de
 
 @memory.command
 def add(file: Path, /, *runs: Path) -> int:
-    """Add what runs measured to a memory; each run needs --task-feedback to have measured anything.
+    """Add what runs measured to a memory: runs with --task-feedback, or of the measuring team.
 
         aidsr memory add lessons.jsonl runs/*
 
@@ -34,7 +34,9 @@ def add(file: Path, /, *runs: Path) -> int:
     empty = [str(run) for run, lessons in found.items() if not lessons]
     write(f"{file}: {new} new, {len(Memory(file).lessons())} in all\n")
     if empty:
-        write(f"nothing was measured, for lack of --task-feedback or of a stable scene, in: {', '.join(empty)}\n")
+        write(
+            f"nothing was measured (no --task-feedback, no measuring team, or no stable scene) in: {', '.join(empty)}\n"
+        )
     return 0 if len(empty) < len(found) else 1
 
 

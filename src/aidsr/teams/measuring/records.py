@@ -5,14 +5,18 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal
 
 from pydantic import Field
 
 from aidsr.core.artifacts import Artifact
 from aidsr.core.calls import Png, ToolCall
+from aidsr.runs.files import JsonFile
 from aidsr.tools.probing import MEAN_PROGRESS
 
+TOOLS_FOLDER, WORK_FOLDER = "tools", "work"
+"""Of the recorded calls, and of what they made, in the folder of an iteration."""
 FREE = ("propose", "keep", "finish", "read")
 """Tools that may be called when no calls are left, and are not counted."""
 _MADE = re.compile(r"((?:robot|scene)_\d+):")
@@ -75,3 +79,13 @@ class Exchange:
     calls: tuple[ToolCall, ...]
     results: tuple[ToolRecord, ...]
     """In the order of the calls."""
+
+
+def recorded_calls(folder: Path) -> list[ToolRecord]:
+    """Return the calls on record in the folder of an iteration, in their order.
+
+    Raises:
+        UserError: A file of one is damaged.
+    """
+    paths = sorted((folder / TOOLS_FOLDER).glob("[0-9]*_*.json"))
+    return [record for path in paths if (record := JsonFile(path, ToolRecord).read())]

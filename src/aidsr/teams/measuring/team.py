@@ -16,12 +16,10 @@ from aidsr.tasks import Level
 from aidsr.teams.llm.describe_environment import describe_environment
 from aidsr.teams.llm.prompts import render
 from aidsr.teams.measuring.own_tools import Chosen, chosen, write_chosen
+from aidsr.teams.measuring.records import TOOLS_FOLDER, WORK_FOLDER
 from aidsr.teams.measuring.session import Session
-from aidsr.teams.measuring.toolbox import TOOLS_FOLDER, Toolbox, ToolBudget
+from aidsr.teams.measuring.toolbox import Toolbox, ToolBudget
 from aidsr.tools import Job, Workspace
-
-_WORK = "work"
-"""Folder of robots and scenes, in that of an iteration."""
 
 
 def measuring_team(
@@ -58,7 +56,7 @@ def copy_measured(recorded: Run, run: Run, folder: Path) -> None:
     So a replay measures nothing again: its replies are only the same where every result is.
     """
     source = recorded.path / folder.relative_to(run.path)
-    for name in (_WORK, TOOLS_FOLDER):
+    for name in (WORK_FOLDER, TOOLS_FOLDER):
         if (source / name).is_dir() and not (folder / name).exists():
             shutil.copytree(source / name, folder / name)
 
@@ -134,7 +132,7 @@ class _Roles:
         return Critique(passed=True, summary=f"Passed by its designer, who measured it. {robot.notes}".strip())
 
     def _workspace(self, brief: Brief) -> Workspace:
-        return Workspace(self.folder / _WORK, Job(brief, self.level, self.goal), draws=False)
+        return Workspace(self.folder / WORK_FOLDER, Job(brief, self.level, self.goal), draws=False)
 
     def _designed(self, brief: Brief, concept: Concept, robot: Robot | None, feedback: Feedback | None) -> Robot:
         workspace = self._workspace(brief)

@@ -14,11 +14,9 @@ from aidsr.core.errors import IsolationError, MjcfError, UserError
 from aidsr.runs.files import JsonFile
 from aidsr.teams.measuring.exploration import HOPELESS, VALIDATE, Exploration, seeds_of
 from aidsr.teams.measuring.own_tools import OWN_TOOLS, READ, has_families
-from aidsr.teams.measuring.records import FREE, ToolRecord
+from aidsr.teams.measuring.records import FREE, TOOLS_FOLDER, ToolRecord, recorded_calls
 from aidsr.tools import TOOLS, Result, Tool, Workspace
 
-TOOLS_FOLDER = "tools"
-"""Of the recorded calls, in the folder of an iteration."""
 _FEWEST_SEEDS, _FEWEST_VARIATIONS = 2, 3
 """With which a scene is measured again before it is the result. Our choice."""
 MAKES: dict[str, Literal["robot", "scene"]] = {
@@ -64,8 +62,7 @@ class Toolbox:
     """Records of an interrupted session that no call of this process has come to yet."""
 
     def __post_init__(self) -> None:
-        paths = sorted((self.folder / TOOLS_FOLDER).glob("[0-9]*_*.json"))
-        self._records = [record for path in paths if (record := JsonFile(path, ToolRecord).read())]
+        self._records = recorded_calls(self.folder)
         self._unused = list(self._records)
 
     @property
