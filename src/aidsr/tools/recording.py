@@ -14,6 +14,8 @@ _ROWS = 9
 _MOST_CONTACTS = 10
 _MOST_BODIES = 3
 """Our choice: what a reader takes in; all of it stands in the file."""
+_AT_ONCE_S = 0.05
+"""What is touched within a control step is told as touched at the start."""
 _DELICATE = "too delicate to rely on: give it more clearance, or steadier contact"
 _SAME_M = 5e-6
 """Overlaps that differ by less are told as one. Our choice: they are told in hundredths of a millimetre."""
@@ -265,7 +267,7 @@ class Recording(Artifact):
         for touch in self.touches[:_MOST_CONTACTS]:
             more = len(touch.bodies) - _MOST_BODIES
             by = ", ".join(touch.bodies[:_MOST_BODIES]) + (f" and {more} more" if more > 0 else "")
-            when = "at the start" if touch.at_start else f"first at {format_number(touch.first_s)} s"
+            when = "at the start" if touch.first_s <= _AT_ONCE_S else f"first at {format_number(touch.first_s)} s"
             lines.append(
                 f"touches {touch.geom} {when}, {touch.share:.0%} of the time, mean {format_number(touch.mean_n)} N, by "
                 f"{by}; peak {format_number(touch.peak_n)} N at {format_number(touch.peak_s)} s by {touch.peak_by}"

@@ -113,7 +113,7 @@ def crawled(**changes) -> Trace:
             "wrong_way",
             "designer",
             "grip",
-            "it presses with 7.9 N, where 0.63 N would be enough to move it, and does not move it: nothing is gained",
+            "it presses with 7.9 N, where 0.63 N would be enough to move it, and moves no target: nothing is gained",
         ),
         (
             BUTTON,
@@ -121,7 +121,7 @@ def crawled(**changes) -> Trace:
             "wrong_way",
             "designer",
             "grip",
-            "it presses with 7.9 N, and moves it by no more than 3 mm: nothing is gained after 2 s",
+            "it presses with 7.9 N, and moves no target by more than 3 mm: nothing is gained after 2 s",
         ),
         (BUTTON, watched(TOUCHING, AWAY), "slipped", "coder", "robot/tip", "loses it at 2 s"),
         (BUTTON, watched(AWAY, diverged=True), "unstable", "coder", "robot/s3", "breaks down after 1 s"),

@@ -117,7 +117,7 @@ def _wrong_way(task: Task, trace: Trace) -> CritiqueIssue:
         )
     enough = f", where {_n(trace.required_n)} would be enough to move it" if trace.required_n else ""
     moved_m = max(step.moved_m for step in trace.steps)
-    effect = f"moves it by no more than {_mm(moved_m)}" if moved_m > _MOVED_M else "does not move it"
+    effect = f"moves no target by more than {_mm(moved_m)}" if moved_m > _MOVED_M else "moves no target"
     return CritiqueIssue(
         blame="designer",
         component="grip",
