@@ -230,7 +230,7 @@ RUNG = replace(FIRM, progress=0.3, nearest="bell", touched=("bell",))
             LIFT,
             watched(ROLLED, required_n=0.49),
             "wrong_way",
-            "0.49 N would be enough to move it, and moves it by no",
+            "0.49 N would be enough to move it, and moves no target by",
         ),
         (LIFT, watched(replace(ROLLED, force_n=0.3), required_n=0.49), "no_force", "where 0.49 N would move it"),
         (TOUCH, watched(replace(RUNG, force_n=12.0)), "wrong_way", "presses with 12 N, but too little of that by its"),
