@@ -12,6 +12,7 @@ from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import UserError
 from aidsr.evolution import Evolution, Plan, begin, evolve, generations
 from aidsr.loop import runner
+from aidsr.memory import Lesson
 from aidsr.runs import Run
 from scripted import Script, Scripted, parts, tried
 
@@ -87,6 +88,29 @@ def test_it_ends_when_a_policy_wins(
     assert "| 50% |" in (evolution.path / "report.md").read_text()
     evolve(evolution)
     assert len(trained) == 1
+
+
+@pytest.mark.parametrize(
+    ("how", "searches", "train", "policy", "done"),
+    [
+        ("", 1, 0, None, True),
+        ("play: 9 s of development variation 0", 1, 0, None, False),
+        ("play: won 8 of 8", 8, 0, None, True),
+        ("play: won 8 of 8", 8, 1, None, False),
+        ("play: won 8 of 8", 8, 1, 0.5, True),
+    ],
+)
+def test_what_was_played_in_one_variation_alone_does_not_end_it(
+    how: str, searches: int, train: int, policy: float | None, done: bool
+) -> None:
+    known = {
+        "objective": "", "base": "fixed", "name": "", "family": "", "morphology": "", "actuation": "", "actuators": 1,
+        "groups": 1, "found": "", "model": "", "evidence": "", "scene_sha256": "",
+    }  # fmt: skip
+    lesson = Lesson(
+        progress=1, least=1, most=1, solved=True, searches=searches, how=how, policy_success=policy, **known
+    )
+    assert Plan(train=train, config=CONFIG).done_by(lesson) == done
 
 
 def test_the_budget_is_that_of_all_generations(

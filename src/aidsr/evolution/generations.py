@@ -50,8 +50,13 @@ class Plan(Artifact):
     """Control steps of such a training."""
 
     def done_by(self, lesson: Lesson) -> bool:
-        """Whether a body does the job: its policy wins half of its episodes, or without trainings every search does."""
-        return (lesson.policy_success or 0.0) >= SUCCESSFUL_SHARE if self.train else lesson.least >= _DONE
+        """Whether a body does the job: its policy wins half of its episodes, or without trainings every search does.
+
+        What a designer measured in one variation alone does not count.
+        """
+        if self.train:
+            return (lesson.policy_success or 0.0) >= SUCCESSFUL_SHARE
+        return lesson.least >= _DONE and (lesson.searches > 1 or not lesson.how)
 
 
 @dataclass(frozen=True)
@@ -218,8 +223,12 @@ def _left(evolution: Evolution, plan: Plan, number: int) -> Budget | None:
 
 
 def _to_train(evolution: Evolution, plan: Plan, run: Run) -> Iterator[Lesson]:
-    """Yield the scenes of a generation that are worth a training and have had none."""
-    solved = sorted((each for each in evolution.lessons(run) if each.solved), key=lambda each: -each.progress)
+    """Yield the scenes of a generation that are worth a training and have had none.
+
+    A session of the measuring team trains what it finds worth it by itself.
+    """
+    tried = [each for each in evolution.lessons(run) if each.solved and not each.how]
+    solved = sorted(tried, key=lambda each: -each.progress)
     for lesson in solved[: plan.train]:
         if evolution.training(lesson).read() is None:
             yield lesson
