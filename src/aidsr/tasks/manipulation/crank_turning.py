@@ -61,7 +61,7 @@ class CrankTurning(Task):
         return (
             f"Rotate a crank on a vertical board by {self.turn_deg:g} degrees, clockwise or counterclockwise as "
             f"demanded, despite {self.torque_nm:g} N m of resistance. Its axle is {AHEAD_M:g} m ahead of the base, its "
-            f"pin 14 mm thick, {RADIUS_M:g} m from the axle, and it sticks out from the board by 60 mm; the base "
+            f"pin 14 mm thick, {RADIUS_M:g} m from the axle, and it sticks out from the board by 66 mm; the base "
             "shifts by 0.10 m sideways, upwards and downwards."
         )
 
