@@ -1,0 +1,1 @@
+"""Designs made with a memory and without, and in generations, as trials see them."""

@@ -1,0 +1,93 @@
+"""Try the designs of runs on their task without learning, and compare what was designed with a memory and without.
+
+    python -m benchmarks.memory.tried build/memory/* build/without-memory/*
+
+The folder that holds a run names its arm. A row of each approved design goes to results.jsonl; the same command goes on
+with what is left, and without runs it prints the table alone.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from statistics import fmean
+
+from aidsr.api import find_scene
+from aidsr.core.artifacts import Artifact
+from aidsr.core.provenance import commit
+from aidsr.runs import Run
+from aidsr.tools.trial import try_scene
+
+RESULTS = Path(__file__).with_name("results.jsonl")
+
+
+class Row(Artifact):
+    """How far one design comes in a trial."""
+
+    arm: str
+    task: str
+    run: str
+    design: int
+    progress: float
+    """Mean over the searches of the trial."""
+    best: float
+    """Of all that was tried, scripts included."""
+    phase: str
+    scene_sha256: str
+    commit: str
+
+
+def main() -> None:
+    """Try what was not tried yet, and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("runs", nargs="*", type=Path, help="run folders")
+    rows = read_rows(RESULTS)
+    known = {(row.run, row.design) for row in rows}
+    for run in map(Run, parser.parse_args().runs):
+        for design in run.designs:
+            if design.final_scene.path.exists() and (run.name, design.number) not in known:
+                rows.append(row_of(run, design.number))
+                with RESULTS.open("a", encoding="utf-8") as file:
+                    file.write(rows[-1].model_dump_json() + "\n")
+    sys.stdout.write(table(rows))
+
+
+def read_rows(path: Path) -> list[Row]:
+    """Return the rows in a file, none where there is no file."""
+    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    return [Row.model_validate_json(line) for line in lines]
+
+
+def row_of(run: Run, number: int) -> Row:
+    """Try a design as its designer grouped the actuators."""
+    scene = find_scene(run.design(number)).for_learning("auto")
+    report = try_scene(scene)
+    return Row(
+        arm=run.path.resolve().parent.name,
+        task=run.asked().task,
+        run=run.name,
+        design=number,
+        progress=round(report.progress, 3),
+        best=round(max(attempt.progress for attempt in report.attempts), 3),
+        phase=report.phase,
+        scene_sha256=scene.fingerprint,
+        commit=commit(),
+    )
+
+
+def table(rows: list[Row]) -> str:
+    """Return progress by task and arm, as Markdown."""
+    lines = ["| task | arm | progress of each design | mean | best of all tried |", "|---|---|---|---|---|"]
+    for task, arm in sorted({(row.task, row.arm) for row in rows}):
+        mine = [row for row in rows if (row.task, row.arm) == (task, arm)]
+        each = ", ".join(f"{row.progress:.2f}" for row in mine)
+        lines.append(
+            f"| {task} | {arm} | {each} | {fmean(row.progress for row in mine):.2f} | "
+            f"{max(row.best for row in mine):.2f} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    main()
