@@ -85,7 +85,7 @@ def test_frames_inertia_and_contact_forces_are_drawn_on_request(arm_run: Run, se
 def test_motions_of_a_probe_are_seen_with_their_cables_and_progress(runs: Path, server: Server) -> None:
     run = aidsr.design(task="button_pushing", seed=1, concepts=1, runs=runs)
     design = run.design(1)
-    report = aidsr.probe(design.path, candidates=4, variations=2, threads=1)
+    report = aidsr.probe(design.path, candidates=16, variations=2, threads=1)
     replace_file(design.path / "probe.json", report.model_dump_json().encode())
     best = max((0, 1), key=lambda index: report.variations[index].episode.best_progress)
     probed = report.variations[best].episode
