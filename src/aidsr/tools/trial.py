@@ -270,7 +270,14 @@ def _attributed(
     summary = _summary(scene.task, attempts, start)
     again = record(scene, script_policy(scene, script), variation=tried)
     them = "those that fell short" if some else "them"
-    account = [*lines, f"The best of {them}, as a script:", script, "What happened:", again.text()]
+    account = [
+        *lines,
+        f"The best of {them}, as a script:",
+        script,
+        "(-1: the least command, no pull of a cable; 1: the greatest)",
+        "What happened:",
+        again.text(),
+    ]
     return TaskReport(
         phase=phase,
         progress=progress,

@@ -76,7 +76,7 @@ def _find_same_cables(robot: RobotUnderTest) -> Iterator[Fault]:
             severity="warning" if all(_are_muscles(robot, cables, group) for group in alike) else "error",
             measured=largest,
             limit=SAME_CABLE,
-            likely_cause="antagonists routed on the same side, or one cable written twice",
+            likely_cause="antagonists routed on the same side, or two cables that were to add their pulls",
         )
 
 
@@ -99,7 +99,8 @@ SAME_CABLES = Rule(
     "warning where all of them are muscles, whose heads run side by side",
     check=_find_same_cables,
     unit="(cosine)",
-    cure="Move the sites of one of them to the side that no cable runs along, or remove it and its actuator.",
+    cure="Move the sites of one of them to the side that no cable runs along, or remove it and its actuator; one cable "
+    "with the pull of both does as much.",
     example=Example((('<site name="back', '<site name="back'), ('pos="-0.009 0', 'pos="0.009 0'))),
 )
 
