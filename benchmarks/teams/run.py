@@ -272,7 +272,8 @@ def _kept(verdict: Evaluation) -> float | None:
 
 
 def table(rows: Sequence[Row], floors: Sequence[Floor] = ()) -> str:
-    """Return the page."""
+    """Return the page. A success of before a task changed does not count."""
+    rows = [row.model_copy(update={"successful": row.successful and _is_current(row)}) for row in rows]
     floor_of = {floor.scene_sha256: floor for floor in floors}
     steps = sorted({row.most_steps for row in rows})
     lines = [
@@ -287,7 +288,7 @@ def table(rows: Sequence[Row], floors: Sequence[Floor] = ()) -> str:
         f"actions win in the scene of a successful design, of {FLOOR_EPISODES} held-out episodes (`--floors`). "
         "*Perturbed, kept*: the share of success left in perturbed scenes (`--perturbed`). *Script*: the policy begins "
         "with the motion by which its designer saw the robot win, and corrects it. *Version N*: of before "
-        "the task became harder; none of these succeeded then. Empty: not measured, or none.",
+        "the task changed; a success of then does not count. Empty: not measured, or none.",
         "",
         "| arm | tasks | designs | first robot stable | approved | valid | successful | tokens a design | "
         "calls a design | tokens a successful design |",
@@ -306,6 +307,10 @@ def table(rows: Sequence[Row], floors: Sequence[Floor] = ()) -> str:
         ),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _is_current(row: Row) -> bool:
+    return is_current(row.task, row.benchmark_version)
 
 
 def _unique(names: Iterable[str]) -> list[str]:
@@ -330,7 +335,7 @@ def _rate(values: Iterable[bool]) -> str:
 
 def line_of(row: Row, floor: Floor | None = None) -> str:
     """Return the line of one design."""
-    changed = "" if is_current(row.task, row.benchmark_version) else f" (version {row.benchmark_version})"
+    changed = "" if _is_current(row) else f" (version {row.benchmark_version})"
     words = [row.task + changed, row.arm, row.concept, row.outcome]
     words += [_yes(row.valid), _yes(row.successful), f"{row.success_share:.0%}", f"{row.progress:.2f}"]
     words += ["" if row.kept_perturbed is None else f"{row.kept_perturbed:.0%}"]

@@ -66,6 +66,13 @@ def test_the_floor_is_the_most_that_an_untrained_policy_wins_in_the_same_scene()
     assert titled(table([WON]), "task")["perturbed, kept"] == "95%"
 
 
+def test_a_success_of_before_a_task_changed_does_not_count() -> None:
+    old = row(1, task="manipulation/drawer_opening", successful=True, benchmark_version=4)
+    page = table([old, old.model_copy(update={"benchmark_version": 5, "design": 2})])
+    assert "| 1 of 2 (" in page
+    assert "| manipulation/drawer_opening (version 4) |" in page
+
+
 HEADER = {"functional_part": "tip", "actuator_groups": [{"name": "both", "actuators": ["pull_left", "pull_right"]}]}
 
 
