@@ -37,6 +37,12 @@ def test_validating_loads_neither_learning_nor_a_language_models_client() -> Non
     assert not loaded_by(code) & (PROVIDERS | LEARNING)
 
 
+def test_the_loop_loads_neither_a_team_that_does_not_play_nor_mujoco() -> None:
+    loaded = loaded_by("import aidsr.loop.runner, aidsr.loop.run")
+    assert "mujoco" not in loaded
+    assert not {name for name in loaded if name.startswith(("aidsr.teams.measuring", "aidsr.tools", "aidsr.learn"))}
+
+
 @pytest.mark.parametrize("name", MODULES)
 def test_every_module_says_what_it_is_and_keeps_its_promises(name: str) -> None:
     module = importlib.import_module(name)

@@ -15,7 +15,7 @@ import aidsr
 from aidsr.api import find_scene
 from aidsr.core.config import Budget
 from aidsr.core.errors import UserError
-from aidsr.memory import lessons_of
+from aidsr.memory.collecting import lessons_of
 from aidsr.runs import Run
 from aidsr.teams.measuring.exploration import Exploration
 from aidsr.teams.providers.manual import pending_prompts

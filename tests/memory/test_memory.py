@@ -9,7 +9,8 @@ from aidsr.core.calls import CallRecord, Question, Usage
 from aidsr.core.errors import UserError
 from aidsr.loop.run import create_run
 from aidsr.loop.runner import run_designs
-from aidsr.memory import Lesson, Memory, elites, lessons_of
+from aidsr.memory import Lesson, Memory, elites
+from aidsr.memory.collecting import lessons_of
 from aidsr.runs import RecordedModel
 from aidsr.teams.llm.prompts import render
 from scripted import Script, Scripted, brief, new_run, parts, tried

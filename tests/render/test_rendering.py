@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import sys
 from pathlib import Path
 
 import av
@@ -14,6 +15,8 @@ from PIL import Image
 
 from aidsr.core.errors import MjcfError
 from aidsr.mjcf.compile import compile_mjcf, parse_mjcf
+from aidsr.render import draw
+from aidsr.render import opengl as opengl_module
 from aidsr.render import pictures as rendering
 from aidsr.render import viewer as viewing
 from aidsr.render.camera import frame_robot
@@ -71,6 +74,23 @@ def test_without_opengl_pictures_are_drawn_by_ray_casting(monkeypatch: pytest.Mo
     assert reddish(pixels(rendering.picture(scene(), width=80, height=60))).mean() > 0.02
     assert pixels(rendering.filmstrip(scene(), seconds=0.2, count=2, width=40, height=40)).shape == (40, 80, 3)
     assert rendering.video(scene(), seconds=0.2) is None
+
+
+def test_opengl_is_not_loaded_where_no_card_can_be(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("AIDSR_INSIDE_WORKER", "anything")
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setattr(opengl_module, "_CARDS", ())
+    monkeypatch.setattr(draw, "renderer", lambda: pytest.fail("OpenGL was loaded"))
+    assert reddish(pixels(rendering.picture(scene(), width=160, height=120))).any()
+
+
+def test_a_card_is_asked_whether_it_draws(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("AIDSR_INSIDE_WORKER", "anything")
+    monkeypatch.setattr(opengl_module, "_CARDS", (str(tmp_path),))
+    asked: list[str] = []
+    monkeypatch.setattr(draw, "renderer", lambda: asked.append("asked") or "llvmpipe")
+    rendering.picture(scene(), width=160, height=120)
+    assert asked == ["asked"]
 
 
 def test_a_wall_between_camera_and_robot_makes_the_camera_go_elsewhere() -> None:

@@ -24,7 +24,8 @@ from aidsr.core.extras import require_extra
 from aidsr.evolution.report import report
 from aidsr.loop.run import create_run, make_brief, mjcf_text, parts_of
 from aidsr.loop.runner import Listen, run_designs
-from aidsr.memory import Lesson, Memory, lessons_of
+from aidsr.memory import Lesson, Memory
+from aidsr.memory.collecting import lessons_of
 from aidsr.runs import Run, read_status
 from aidsr.runs.files import BytesFile, JsonFile, replace_file
 from aidsr.runs.library import Library

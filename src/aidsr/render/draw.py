@@ -15,7 +15,7 @@ from PIL import Image, ImageDraw, ImageFont
 from aidsr.mjcf.compile import load_mjcf, parse_mjcf
 from aidsr.render.camera import frame_robot
 from aidsr.render.highlight import highlight
-from aidsr.render.opengl import Canvas, NoOpenGLError, in_software, renderer
+from aidsr.render.opengl import Canvas, NoOpenGLError, has_graphics_card, in_software, renderer
 from aidsr.render.raycasting import RayCanvas
 from aidsr.render.stage import compile_for_display, mark_mounts
 from aidsr.render.tracking_camera import track_robot
@@ -89,7 +89,7 @@ def _canvas(model: mujoco.MjModel, width: int, height: int, *, see_through: bool
     A processor casts rays in half the time that OpenGL in software takes; only OpenGL draws what one sees through.
     """
     try:
-        if see_through or not in_software(renderer()):
+        if see_through or (has_graphics_card() and not in_software(renderer())):
             return Canvas(model, width, height)
     except NoOpenGLError:
         pass

@@ -24,7 +24,8 @@ def add(file: Path, /, *runs: Path) -> int:
     """
     from aidsr.apps.cli.terminal import write
     from aidsr.core.errors import UserError
-    from aidsr.memory import Memory, lessons_of
+    from aidsr.memory import Memory
+    from aidsr.memory.collecting import lessons_of
     from aidsr.runs import Run
 
     if not runs:
