@@ -143,6 +143,14 @@ class SearchDesigner:
         return values
 
 
+def vary(brief: Brief, concept: Concept, rng: np.random.Generator) -> Concept:
+    """Return a concept of the rules with every number drawn anew, as the search draws its first generation."""
+    family = load_families()[concept.family]
+    space = _Space.around(family.read(concept))
+    point = rng.normal(0.0, _INITIAL_STD, len(space.names))
+    return family.concept(space.parameters(point), read_job(brief), concept.interpretation)
+
+
 @dataclass(frozen=True)
 class _Space:
     """The parameters that are searched, each as the logarithm of its ratio to its start value."""
