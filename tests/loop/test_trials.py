@@ -11,6 +11,7 @@ from aidsr.core.artifacts import (
     EpisodeResult,
     Evaluation,
     Placement,
+    PlausibilityCheck,
     Robot,
     Scene,
     TaskReport,
@@ -27,7 +28,7 @@ SHORT = TaskReport(
 )
 
 
-def learned(succeeded: int, progress: float) -> Evaluation:
+def learned(succeeded: int, progress: float, *checks: PlausibilityCheck) -> Evaluation:
     episodes = tuple(
         EpisodeResult(
             variation=index,
@@ -39,7 +40,7 @@ def learned(succeeded: int, progress: float) -> Evaluation:
         )
         for index in range(20)
     )
-    return Evaluation(task="button_pushing", level="standard", benchmark_version=2, episodes=episodes, checks=())
+    return Evaluation(task="button_pushing", level="standard", benchmark_version=2, episodes=episodes, checks=checks)
 
 
 def test_a_policy_that_falls_short_too_is_told_beside_the_probe() -> None:
@@ -58,6 +59,17 @@ def test_a_policy_that_begins_to_win_shows_that_nobody_has_to_change_anything(wo
     report = with_policy(SHORT, learned(won, 0.9), 20_000)
     assert (report.phase, report.progress, report.critique.passed) == (phase, 0.9, True)
     assert report.critique.summary.startswith("Comes to 0.40. After 20,000 steps")
+
+
+def test_a_policy_that_wins_in_an_implausible_way_sends_the_body_back() -> None:
+    deep = PlausibilityCheck(
+        name="no_deep_overlap", passed=False, measured=1.4, limit=1.0, bound="at most", message="deepest overlap"
+    )
+    report = with_policy(SHORT, learned(14, 0.9, deep), 20_000)
+    assert (report.phase, report.progress, report.critique.passed) == ("not_valid", 0.9, False)
+    (issue,) = report.critique.issues
+    assert (issue.blame, issue.component) == ("coder", "no_deep_overlap")
+    assert issue.problem == "A policy wins, but not in a valid way: deepest overlap: 1.4 (at most 1)"
 
 
 def test_what_a_motion_wins_is_not_trained(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

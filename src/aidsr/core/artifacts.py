@@ -561,7 +561,17 @@ class Attempt(Artifact):
 class TaskReport(Artifact):
     """Where a stable scene stops on its task when it is tried without learning, and whose work that is."""
 
-    phase: Literal["solved", "partial", "never_reached", "no_force", "wrong_way", "slipped", "unstable", "not_forward"]
+    phase: Literal[
+        "solved",
+        "partial",
+        "never_reached",
+        "no_force",
+        "wrong_way",
+        "slipped",
+        "unstable",
+        "not_forward",
+        "not_valid",
+    ]
     progress: float
     """Mean over the searches."""
     critique: Critique

@@ -5,10 +5,19 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from aidsr.core.artifacts import SUCCESSFUL_SHARE, Critique, Evaluation, Robot, Scene, TaskReport
+from aidsr.core.artifacts import (
+    SUCCESSFUL_SHARE,
+    Critique,
+    CritiqueIssue,
+    Evaluation,
+    Robot,
+    Scene,
+    TaskReport,
+)
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import IsolationError, UserError
 from aidsr.core.extras import require_extra
+from aidsr.core.formatting import format_check
 from aidsr.loop.parts import TryOnTask
 from aidsr.runs import Run
 
@@ -73,9 +82,10 @@ def _try(run: Run, **how: Any) -> TryOnTask:
 
 
 def with_policy(report: TaskReport, evaluation: Evaluation, steps: int) -> TaskReport:
-    """Return a report with what a policy reached; where it wins at all, no role has to change anything.
+    """Return a report with what a policy reached; where it wins at all, and validly, no role has to change anything.
 
-    What begins to win in so little training mostly does the job with more (benchmarks/trial).
+    What begins to win in so little training mostly does the job with more (benchmarks/trial). A win that a check of
+    plausibility denies would not count at the end either.
 
     Args:
         report: Of a trial that no motion and no script won.
@@ -91,9 +101,26 @@ def with_policy(report: TaskReport, evaluation: Evaluation, steps: int) -> TaskR
     both = _with_summary(report, summary).model_copy(update={"policy": evaluation})
     if not evaluation.success_share:
         return both
+    reached = {"progress": max(report.progress, progress)}
+    if not evaluation.valid:
+        failed = Critique(passed=False, summary=both.critique.summary, issues=_not_valid(evaluation))
+        return both.model_copy(update={**reached, "phase": "not_valid", "critique": failed})
     passed = Critique(passed=True, summary=both.critique.summary)
     phase = "solved" if evaluation.success_share >= SUCCESSFUL_SHARE else "partial"
-    return both.model_copy(update={"phase": phase, "progress": max(report.progress, progress), "critique": passed})
+    return both.model_copy(update={**reached, "phase": phase, "critique": passed})
+
+
+def _not_valid(evaluation: Evaluation) -> tuple[CritiqueIssue, ...]:
+    """Return the checks that a winning policy fails, for who writes the body."""
+    return tuple(
+        CritiqueIssue(
+            blame="coder",
+            component=check.name,
+            problem=f"A policy wins, but not in a valid way: {check.message}: {format_check(check)}",
+        )
+        for check in evaluation.checks
+        if not check.passed
+    )
 
 
 def _with_summary(report: TaskReport, more: str) -> TaskReport:
