@@ -76,6 +76,14 @@ class Training:
         return JsonFile(self.path / "training.json", dict[str, Any])
 
     @property
+    def beginning(self) -> str:
+        """With what the policy began, as the end of a sentence; "" where it began with nothing."""
+        recipe = (self.config.read() or {}).get("recipe", {})
+        if not recipe.get("script"):
+            return ""
+        return "; it began with a motion of the probe" if recipe.get("from_probe") else "; it began with a script"
+
+    @property
     def stage(self) -> Literal["learning", "evaluating", "judged"]:
         """What its files say comes next, or that it has its verdict; films may be drawn after that."""
         if not self.result.path.exists():

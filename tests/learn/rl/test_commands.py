@@ -136,7 +136,7 @@ def test_what_is_asked_of_a_training_and_what_its_design_says_are_kept_with_it(d
     words = ("train", design, *QUICK, "--no-evaluate", "--first-seed", "5")
     assert run_main(*words, "--grouping", "off", "--tensorboard", "--smoothing", "0.7") == 0
     config = TrainingFolder(first).read("config.json", TrainingConfig)
-    assert (config.seed, config.recipe.from_probe, config.recipe.smoothing) == (5, False, 0.7)
+    assert (config.seed, config.recipe.from_probe, config.recipe.smoothing) == (5, True, 0.7)
     assert [group.actuators for group in config.groups] == [("robot/pull_left",), ("robot/pull_right",)]
     assert any((first / "tensorboard").rglob("events.*"))
     capsys.readouterr()

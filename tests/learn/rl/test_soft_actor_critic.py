@@ -401,7 +401,7 @@ def test_a_script_that_wins_nearly_always_is_the_policy(tmp_path):
 
 def test_a_script_that_does_not_win_is_learned_from(tmp_path):
     """It wins on one side; where it may be changed to anything, the other is learned."""
-    recipe = PROTOCOLS["best"].model_copy(update={"script": BENDS, "correction": 2.0})
+    recipe = PROTOCOLS["best"].beginning_with(BENDS).model_copy(update={"correction": 2.0})
     result = trained(tmp_path, recipe=recipe, steps=30_000)
     first = next(event for event in events(tmp_path) if event["kind"] == "tested")
     assert 0.2 < first["success_share"] < 0.8

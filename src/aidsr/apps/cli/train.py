@@ -85,7 +85,8 @@ def train(
         End a training in which no episode has succeeded after 70 % of its steps. With protocol "best".
     script
         Motion that the policy begins with and corrects: "own" is that with which the design's author saw it do the job,
-        where there is one; "none" trains from nothing; else a file. With protocol "best".
+        else one that a short probe finds and that wins nearly everywhere; "none" trains from nothing; else a file. With
+        protocol "best".
     threads
         Native threads for physics; 0 takes all processors. Results do not depend on it.
     tensorboard
@@ -118,8 +119,10 @@ def train(
     )
     found = find_scene(scene, task or "", level=level, goal=goal or "")
     console = make_console()
+    if script == "none" and protocol == "best":
+        recipe = recipe.from_nothing()
     if script == "own" and protocol == "best" and found.script:
-        recipe = recipe.model_copy(update={"script": found.script})
+        recipe = recipe.beginning_with(found.script)
         console.print("The policy begins with the script of the design's author; --script none trains from nothing")
     trainer = Trainer(
         console,

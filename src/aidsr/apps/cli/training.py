@@ -87,6 +87,7 @@ class Trainer:
         how = f"{result['steps']} steps in {result['wall_s']:.0f} s, ended by {result['stopped']}"
         if training.resumed:
             how += ", resumed while it learned: not the policy of an undisturbed training"
+        how += training.beginning
         known = training.result.path in finished_before
         line = f"{training.path}: trained already, {how}; --again repeats it" if known else f"{training.path}: {how}"
         self.console.print(line, markup=False, soft_wrap=True)

@@ -69,11 +69,13 @@ class Recipe(Artifact):
     """Whether each training episode differs from the model as a real robot may, see `perturbation.randomized`. Ours;
     the paper trains in the model."""
     from_probe: bool = False
-    """Whether the policy first learns to do what the probe's best motion does, where that succeeds. Ours; the paper
-    starts from a policy that knows nothing."""
+    """Whether the policy begins with the probe's best motion, where that succeeds. PPO first learns to do what it does
+    (`aidsr.learn.rl.behavior_cloning`), SAC corrects it (`aidsr.learn.rl.motion_to_correct`). Ours; the paper starts
+    from a policy that knows nothing."""
     script: str = ""
     """Motion that the policy corrects, in the notation of `aidsr.learn.openloop.script`; without one it begins with
-    nothing. SAC only. Source: residual policy learning, Silver et al. 2018."""
+    nothing. With `from_probe` it is what the probe found, "" before. SAC only. Source: residual policy learning, Silver
+    et al. 2018."""
     correction: Annotated[float, Field(gt=0, le=2)] = 0.3
     """By how much the policy can change the action of the script, -1 to 1, either way. Our choice."""
     hold_steps: Annotated[int, Field(ge=1)] = 1
@@ -109,11 +111,24 @@ class Recipe(Artifact):
             raise ValueError("no simulation is left to explore in; let fewer be without noise")
         if self.algorithm == "ppo" and self.stop_hopeless:
             raise ValueError("when a training of PPO is hopeless was not measured; use SAC")
-        if self.algorithm == "sac" and self.from_probe:
-            raise ValueError("a policy of SAC imitates no probe; use PPO")
         if self.algorithm == "ppo" and self.script:
             raise ValueError("a policy of PPO corrects no script; use SAC")
         return self
+
+    def beginning_with(self, script: str) -> Recipe:
+        """Return the recipe of a policy that corrects a script that is known, so that no probe is asked.
+
+        With an empty script it is this recipe.
+        """
+        return self.model_copy(update={"script": script, "from_probe": False}) if script else self
+
+    def from_nothing(self) -> Recipe:
+        """Return the recipe of a policy that begins with no motion."""
+        return self.model_copy(update={"script": "", "from_probe": False})
+
+    def as_asked(self) -> Recipe:
+        """Return the recipe without what a probe found."""
+        return self.model_copy(update={"script": ""}) if self.from_probe else self
 
     def acting_in(self, scene: TaskScene) -> TaskScene:
         """Return the scene as a policy of this recipe acts in it: actions are held, and correct the script if any.
@@ -157,6 +172,7 @@ PROTOCOLS: Mapping[Protocol, Recipe] = MappingProxyType(
             batch_size=256,
             hidden_sizes=(128, 128),
             final_learning_rate=1e-3,
+            from_probe=True,
         ),
     }
 )
@@ -179,16 +195,18 @@ def recipe_of(
     if protocol not in PROTOCOLS:
         raise UserError(f'no protocol "{protocol}"; use {" or ".join(PROTOCOLS)}')
     if from_probe and protocol != "paper":
-        raise UserError('from_probe needs protocol "paper" (--protocol paper)')
+        raise UserError(
+            'from_probe needs protocol "paper"; a policy of "best" begins with the probe\'s motion by itself'
+        )
     if script and protocol != "best":
         raise UserError('a policy that begins with a script needs protocol "best" (--protocol best)')
     if stop_hopeless and protocol != "best":
         raise UserError('stop_hopeless needs protocol "best", with which the rule was measured (--protocol best)')
+    recipe = PROTOCOLS[protocol]
     options = {
-        "from_probe": from_probe,
+        "from_probe": from_probe or recipe.from_probe,
         "smoothing": smoothing,
         "randomize": randomize,
         "stop_hopeless": stop_hopeless,
-        "script": script,
     }
-    return PROTOCOLS[protocol].model_copy(update=options)
+    return recipe.model_copy(update=options).beginning_with(script)

@@ -18,6 +18,7 @@ from aidsr.learn.episodes.perturbation import randomized
 from aidsr.learn.episodes.rollout import EpisodeOutcomes, rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.behavior_cloning import clone_probe_motion
+from aidsr.learn.rl.motion_to_correct import LEAST_STEPS, find_motion
 from aidsr.learn.rl.policy import Normalisation, TrainedPolicy, network_options, one_torch_thread
 from aidsr.learn.rl.recipe import Recipe
 from aidsr.learn.rl.training_folder import FolderInUseError, Stopped, TrainingConfig, TrainingFolder, TrainingResult
@@ -83,17 +84,45 @@ def train(
     config = _config(scene, steps, seed, recipe or Recipe(), minutes)
     if (finished := _finished(home, config)) is not None:
         return finished
-    acted_in = config.recipe.acting_in(scene)
+    config.recipe.acting_in(scene)  # refuses a script before anything is written
     with home.locked(), one_torch_thread():
         if (finished := _finished(home, config)) is not None:  # another process was faster by a moment
             return finished
         if (home / "config.json").exists():
             home.log_event("resumed", versions=config.versions)
+            config = home.read("config.json", TrainingConfig)
         else:
             home.write("scene.xml", scene.mjcf)
             home.write("config.json", config.model_dump_json(indent=2) + "\n")
             home.log_event("started")
-        return _Training(acted_in, home, config, threads, tensorboard, listen).run()
+        if _is_to_be_probed(config) and not (home / "probe.json").exists():
+            config = _probed(home, scene, config, threads)
+        return _Training(config.recipe.acting_in(scene), home, config, threads, tensorboard, listen).run()
+
+
+def _is_to_be_probed(config: TrainingConfig) -> bool:
+    """Return whether a policy is to correct a motion that is searched first."""
+    return config.recipe.algorithm == "sac" and config.recipe.from_probe and config.steps >= LEAST_STEPS
+
+
+def _probed(home: TrainingFolder, scene: TaskScene, config: TrainingConfig, threads: int) -> TrainingConfig:
+    """Search a motion to begin with, and return and write the settings with it; probe.json says that this is done."""
+    began = time.perf_counter()
+    found = find_motion(scene, seed=config.seed, threads=threads)
+    best = found.report.best
+    home.log_event(
+        "probed", steps=found.steps, ended=best.episode.ended, motion=best.motion.summary, won_others=found.share
+    )
+    config = config.model_copy(
+        update={
+            "recipe": config.recipe.model_copy(update={"script": found.script}),
+            "probe_steps": found.steps,
+            "probe_s": round(time.perf_counter() - began, 2),
+        }
+    )
+    home.write("config.json", config.model_dump_json(indent=2) + "\n")
+    home.write("probe.json", found.report.model_dump_json(indent=2) + "\n")
+    return config
 
 
 def folder_for(
@@ -161,9 +190,11 @@ def _finished(home: TrainingFolder, config: TrainingConfig) -> TrainingResult | 
 
 
 def _differences(existing: TrainingConfig, requested: TrainingConfig) -> list[str]:
-    """Return in which fields two trainings differ, versions of libraries aside."""
-    names = TrainingConfig.model_fields.keys() - {"versions"}
-    return sorted(name for name in names if getattr(existing, name) != getattr(requested, name))
+    """Return in which fields two trainings differ, versions of libraries and what a probe found aside."""
+    names = TrainingConfig.model_fields.keys() - {"versions", "recipe", "probe_steps", "probe_s"}
+    differing = [name for name in names if getattr(existing, name) != getattr(requested, name)]
+    same_recipe = existing.recipe.as_asked() == requested.recipe.as_asked()
+    return sorted(differing if same_recipe else [*differing, "recipe"])
 
 
 class _Training:
@@ -212,8 +243,10 @@ class _Training:
             if isinstance(self.model, SoftActorCritic):
                 self.model.load_memory(saved / "memory")
             self._best = Snapshot.load(saved / "best")
-        elif recipe.from_probe:
+        elif recipe.from_probe and recipe.algorithm == "ppo":
             self._imitate_probe()
+        else:
+            self.history.wall_s = config.probe_s
 
     def _sample_variation(self) -> Variation:
         index = int(self.rng.integers(DEVELOPMENT))

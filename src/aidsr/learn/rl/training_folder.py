@@ -53,6 +53,11 @@ class TrainingConfig(Artifact):
     minutes: float | None = None
     """Budget of wall time, where there is one; what it cuts short, another run does not repeat step by step."""
     versions: dict[str, str]
+    probe_steps: int = 0
+    """Control steps of the probe whose motion a policy of SAC corrects (`recipe.script`) where it wins; they are not
+    among `steps`. Known when the training begins."""
+    probe_s: float = 0.0
+    """Its wall time, with which that of the training begins."""
 
 
 class TrainingResult(Artifact):
@@ -78,7 +83,7 @@ class TrainingFolder:
     |--------------------|--------------------------------------------------------------------------------|
     | config.json        | settings: task, recipe, seed, budget, groups, versions                         |
     | scene.xml          | the scene it was trained in                                                    |
-    | probe.json         | report of the probe, where the policy was to imitate its motion                |
+    | probe.json         | report of the probe, where the policy was to begin with its motion               |
     | events.jsonl       | started, probed, resumed, tested, checkpoint, restored, finished, evaluated    |
     | curve.csv          | success, progress, return and speed over the steps                             |
     | checkpoint/        | the policy so far, during training                                             |

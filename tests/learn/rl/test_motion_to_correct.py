@@ -1,0 +1,138 @@
+"""The protocol `best` begins with a motion that a short probe finds, where that wins nearly everywhere."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("stable_baselines3", reason="needs the extra rl")
+
+from aidsr.learn.openloop.script import parse_script
+from aidsr.learn.rl import motion_to_correct, training
+from aidsr.learn.rl.motion_to_correct import LEAST_WON, find_motion
+from aidsr.learn.rl.policy import TrainedPolicy
+from aidsr.learn.rl.recipe import PROTOCOLS, Recipe, recipe_of
+from aidsr.learn.rl.trained import FinishedTraining
+from aidsr.learn.rl.training import folder_for, train
+from aidsr.learn.rl.training_folder import FolderInUseError, TrainingConfig, TrainingFolder
+from scenes import QuickPushing, small_learning
+
+SMALL = Recipe(
+    algorithm="sac",
+    simulations=8,
+    hold_steps=3,
+    batch_size=32,
+    hidden_sizes=(16, 16),
+    updates=1,
+    noiseless_simulations=2,
+    from_probe=True,
+)
+STEPS = 10_000
+
+
+class NeverWon(QuickPushing):
+    """Nothing succeeds."""
+
+    def is_success(self, readings, state):
+        return np.zeros(readings.n, dtype=bool)
+
+
+def events(folder) -> list[dict]:
+    return [json.loads(line) for line in (folder / "events.jsonl").read_text().splitlines()]
+
+
+def config_of(folder) -> TrainingConfig:
+    return TrainingFolder(folder).read("config.json", TrainingConfig)
+
+
+def test_a_motion_that_wins_in_variations_it_was_not_searched_in_is_found():
+    found = find_motion(small_learning(), seed=0, threads=1)
+    assert found.share is not None
+    assert found.share >= LEAST_WON
+    scene = small_learning()
+    parse_script(found.script).played_by([group.name for group in scene.actions.groups], scene.actions.rest)
+    assert found.steps > found.report.simulated_s / QuickPushing.control_dt_s, "the other variations are paid for"
+
+
+def test_a_motion_that_wins_too_seldom_elsewhere_is_not(monkeypatch):
+    course = motion_to_correct.rollout
+
+    def lost(*about):
+        return replace(played := course(*about), success=np.arange(played.success.size) < 5)
+
+    monkeypatch.setattr(motion_to_correct, "rollout", lost)
+    found = find_motion(small_learning(), seed=0, threads=1)
+    assert (found.share, found.script) == (5 / 8, "")
+    monkeypatch.setattr(motion_to_correct, "rollout", lambda *about: pytest.fail("nothing won in the search"))
+    found = find_motion(small_learning(NeverWon()), seed=0, threads=1)
+    assert (found.share, found.script) == (None, "")
+    assert found.steps == round(found.report.simulated_s / QuickPushing.control_dt_s)
+
+
+def test_a_motion_that_suffices_is_the_policy(tmp_path):
+    result = train(small_learning(), tmp_path, steps=STEPS, recipe=SMALL, threads=1)
+    probed = next(event for event in events(tmp_path) if event["kind"] == "probed")
+    config = config_of(tmp_path)
+    assert config.recipe.script
+    assert (config.probe_steps, result.stopped, result.success_share) == (probed["steps"], "saturated", 1.0)
+    assert result.steps < 20 * 25, "what it cost to test the motion; the search is not among the steps"
+    assert result.wall_s >= config.probe_s > 0
+    assert FinishedTraining.load(tmp_path).scene.actions.base, "evaluated as it was trained"
+
+
+def test_the_same_request_is_the_same_training_whatever_the_probe_found(tmp_path):
+    scene = small_learning()
+    home = tmp_path / "training"
+    first = train(scene, folder_for(home, scene, steps=STEPS, recipe=SMALL), steps=STEPS, recipe=SMALL, threads=1)
+    assert folder_for(home, scene, steps=STEPS, recipe=SMALL) == home / "001"
+    assert train(scene, home / "001", steps=STEPS, recipe=SMALL, threads=1) == first
+    assert len([event for event in events(home / "001") if event["kind"] == "probed"]) == 1
+    with pytest.raises(FolderInUseError, match="differs in recipe"):
+        train(scene, home / "001", steps=STEPS, recipe=SMALL.from_nothing(), threads=1)
+
+
+def test_a_training_without_such_a_motion_begins_with_nothing_and_goes_on_after_a_kill(tmp_path, monkeypatch):
+    def killed(self):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(training._Training, "run", killed)
+        with pytest.raises(KeyboardInterrupt):
+            train(small_learning(NeverWon()), tmp_path / "begun", steps=STEPS, recipe=SMALL, threads=1)
+    begun, plain = tmp_path / "begun", tmp_path / "plain"
+    result = train(small_learning(NeverWon()), begun, steps=STEPS, recipe=SMALL, threads=1)
+    config = config_of(begun)
+    assert (config.recipe.script, result.stopped) == ("", "budget")
+    assert [event["kind"] for event in events(begun)][:3] == ["started", "probed", "resumed"]
+    train(small_learning(NeverWon()), plain, steps=STEPS, recipe=SMALL.from_nothing(), threads=1)
+    learned = [TrainedPolicy.load(folder, SMALL, 2) for folder in (begun, plain)]
+    seen = np.random.default_rng(0).normal(size=(5, learned[0].normalisation.mean.size))
+    assert np.array_equal(*(policy.act(seen) for policy in learned)), "a search that finds nothing changes nothing"
+
+
+def test_a_search_that_was_killed_is_made_again(tmp_path, monkeypatch):
+    def killed(*_, **__):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(training, "find_motion", killed)
+        with pytest.raises(KeyboardInterrupt):
+            train(small_learning(), tmp_path, steps=STEPS, recipe=SMALL, threads=1)
+    assert config_of(tmp_path).recipe == SMALL
+    train(small_learning(), tmp_path, steps=STEPS, recipe=SMALL, threads=1)
+    assert config_of(tmp_path).recipe.script
+
+
+def test_a_budget_too_small_for_a_search_has_none(tmp_path):
+    train(small_learning(), tmp_path, steps=800, recipe=SMALL, threads=1)
+    assert "probed" not in [event["kind"] for event in events(tmp_path)]
+    assert config_of(tmp_path).probe_steps == 0
+
+
+def test_who_names_a_script_or_nothing_asks_no_probe():
+    assert PROTOCOLS["best"].from_probe
+    assert recipe_of("best").from_probe
+    assert not recipe_of("best", script="both: 1").from_probe
+    assert recipe_of("best").beginning_with("") == recipe_of("best")
+    assert not recipe_of("best").from_nothing().from_probe
