@@ -96,8 +96,9 @@ class DrawerOpening(Task):
                 "robot that has lost it gains by going back. While another drawer is open, pulling is worth nothing."
             ),
             success=(
-                "All twelve stages are done and all drawers are shut. A drawer counts as open in its turn only, and "
-                f"only while the two others are open by {1000 * SHUT_M:g} mm or less."
+                "All twelve stages are done, each drawer in its turn approached, touched, pulled open and pushed shut, "
+                "and all drawers are shut. A drawer counts as open in its turn only, and only while the two others are "
+                f"open by {1000 * SHUT_M:g} mm or less."
             ),
             violation=f"More than {MAX_FORCE_N:g} N on a handle.",
             failure=(
