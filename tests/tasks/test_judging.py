@@ -80,7 +80,7 @@ OF_BOTH_LEVELS = {
     (
         "widest_m",
         "A part of the robot starts beyond the near edge. It touches the bottom. The centre of mass is 0.1 m outside "
-        "the lane, or 0.05 m behind the farthest it has been.",
+        "the lane. The centre of mass is 0.05 m behind the farthest it has been.",
     ),
 }
 """Numbers that a level happens to share with a rule of both."""

@@ -282,6 +282,10 @@ class Task(ABC):
         del state
         return np.zeros(readings.n, dtype=np.bool_)
 
+    def losses(self, readings: Readings, state: TaskState) -> dict[str, BoolArray]:
+        """Return the same by the sentence of the rule, (n,) each, for a task that has several."""
+        return {self.criteria.failure: self.is_failure(readings, state)}
+
     def passed_limits(self, state: TaskState) -> tuple[PassedLimit, ...]:
         """Return the limits that one episode has passed.
 
