@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import threading
 import time
@@ -9,10 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rich.console import Console
 from test_language_model_runs import arm
 
 import aidsr
 from aidsr.api import find_scene
+from aidsr.apps.cli.reporting import print_result
 from aidsr.core.config import Budget
 from aidsr.core.errors import UserError
 from aidsr.memory.collecting import lessons_of
@@ -74,7 +77,12 @@ def test_a_model_with_tools_designs_and_measures(tmp_path: Path) -> None:
     outcome = run.design(1).outcome.read()
     assert outcome is not None
     assert outcome.outcome == "approved", outcome.reason
-    assert "An arm that bends to the side. Families proposed: arm, claw, ring, worm." in outcome.reason
+    printed = io.StringIO()
+    print_result(Console(file=printed), run)
+    assert (
+        "Design 1, approved: Passed by its designer, who measured it. It finished before its budget ended. An arm that "
+        "bends to the side. Families proposed: arm, claw, ring, worm.\n"
+    ) in printed.getvalue()
     assert len(server.requests) == len(ROUNDS)
     offered = {tool["function"]["name"] for tool in server.requests[0].body["tools"]}
     assert {"propose", "play", "sweep", "train", "finish"} <= offered
@@ -152,7 +160,8 @@ def test_what_was_kept_is_the_result_when_the_budget_ends(tmp_path: Path) -> Non
     assert outcome is not None
     assert len(server.requests) < len(ROUNDS), "the budget did not end before it finished"
     assert outcome.outcome == "approved", outcome.reason
-    assert "Kept when the budget ended, not measured again: the only one" in outcome.reason
+    assert "The run may use 70,000 tokens; " in outcome.reason
+    assert "Kept, not measured again: the only one. Families" in outcome.reason
 
 
 def in_text(calls: list[tuple[str, dict[str, Any]]]) -> str:

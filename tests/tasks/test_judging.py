@@ -15,7 +15,8 @@ from aidsr.tasks.reaching.button_pushing import ButtonPushing
 def test_every_task_says_how_it_is_judged(name):
     task = load_task(name)
     told = task.brief().judging
-    assert {"Episodes differ", "Success", "Counts against it", "Time"} <= told.keys()
+    assert {"Episodes differ", "Success", "Counts against it", "Stages", "Time"} <= told.keys()
+    assert all(words in told["Stages"] for _, words in task.stages)
     assert f"Held for {task.hold_s:g} s." in told["Success"]
     assert ("Lost at once" in told) == name.startswith(("grasping/", "locomotion/", "manipulation/drawer"))
     assert ("Who moves the mount" in told) == (task.base == "moving")
@@ -79,7 +80,7 @@ OF_BOTH_LEVELS = {
     (
         "widest_m",
         "A part of the robot starts beyond the near edge. It touches the bottom. The centre of mass is 0.1 m outside "
-        "the lane, or 0.05 m behind the farthest it has been.",
+        "the lane. The centre of mass is 0.05 m behind the farthest it has been.",
     ),
 }
 """Numbers that a level happens to share with a rule of both."""

@@ -5,7 +5,7 @@ import pytest
 from sights import outlined
 from stick import Episode
 
-from aidsr.tasks import load_task
+from aidsr.tasks import TASKS, load_task
 from aidsr.tasks.scoring import reset, score
 
 LANES = ["flat_ground", "stairs", "incline", "obstacles", "gap", "tunnel"]
@@ -95,3 +95,11 @@ def test_a_fragile_object_that_is_pressed_too_hard_is_lost(force_n, lost):
     for _ in range(4):
         episode.step(press)
     assert episode.score.failure[0] == lost
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_designers_read_the_sentence_of_each_rule_and_no_other(name):
+    task, seen = load_task(name), Episode(load_task(name)).look()
+    rules, told = task.losses(seen, task.reset_state(seen)), task.criteria.failure
+    assert all(sentence in told for sentence in rules)
+    assert len(" ".join(rules)) == len(told)

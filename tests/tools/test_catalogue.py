@@ -311,7 +311,10 @@ def test_a_short_training_is_told(tmp_path: Path) -> None:
     )
     assert "learning curve (steps: success, " in told
     shown = told.partition("one episode that it ")[2]
-    assert re.match(r"(won|lost), played again:\n[\d.]+ s of development variation \d+, best progress ", shown)
+    again = re.match(r"(?:won|lost), played again .*\n[\d.]+ s of development variation (\d+), best progress ", shown)
+    assert again
+    same = call(work, "play", scene="scene_1", script="*: 1", variation=int(again[1]))
+    assert f"development variation {again[1]}, " in same
     assert "\ncentre of mass: from " in shown
     begun = call(work, "train", scene="scene_1", steps=4000, script="*: t=0 1, t=3 1")
     assert "until its policy succeeded nearly always; 20 episodes" in begun

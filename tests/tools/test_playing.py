@@ -13,7 +13,7 @@ from aidsr.core.artifacts import Placement, Robot
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import format_number
 from aidsr.sim.assembly import assemble
-from aidsr.tasks import goal_task, read_goal
+from aidsr.tasks import goal_task, load_task, read_goal
 from aidsr.tools.playing import play, play_variations
 from aidsr.tools.recording import validity_in_words
 from aidsr.tools.scene import MeasuredScene
@@ -81,6 +81,22 @@ def test_success_ends_it_and_is_said(tmp_path: Path) -> None:
     assert found.succeeded
     assert found.ended == "success, held"
     assert found.moments[-1].progress == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("place_m", "lost_by"),
+    [
+        ((0.6, 0.0, 0.2), "A part of the robot starts beyond the first edge."),
+        ((0.0, 0.5, 0.2), "The centre of mass is 0.1 m outside the lane."),
+    ],
+)
+def test_of_several_rules_the_one_that_applied_is_told(place_m: tuple[float, float, float], lost_by: str) -> None:
+    task = load_task("stairs")
+    robot = Robot(mjcf=small_arm(), functional_part="tip")
+    placement = Placement(mount="world", base="free", position_m=place_m)
+    scene = assemble(robot, task.environment, placement, task.sensors).mjcf
+    found = play(MeasuredScene(mjcf=scene, task=task.name), "pull_left: 1")
+    assert found.ended == f"lost by the task's own rule: {lost_by}"
 
 
 def test_what_the_task_observes_is_told_with_its_change(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -11,12 +12,23 @@ from robots import Limb
 
 from aidsr.validation import validate
 
+
+def passing_fingers() -> str:
+    """Two fingers side by side that close past each other: at full pull their tips are farther apart than at rest."""
+    text = robots.gripper(Limb(segments=8, length_m=0.12, mass_kg=0.03, radius_m=0.006, tendons=2, bend_rad=2), 2)
+    text = re.sub(r'(<site name="f\d_t0_\w+" pos=")0\.0048', r"\g<1>-0.0036", text)
+    for name, place in (("f0_mount", "0.015 0.015"), ("f1_mount", "-0.015 -0.015")):
+        text = re.sub(rf'(<body name="{name}" pos=")\S+ \S+', rf"\g<1>{place}", text)
+    return text
+
+
 GOOD: dict[str, Callable[[], str]] = {
     "arm": robots.arm,
     "arm of three tendons": lambda: robots.arm(Limb(tendons=3)),
     "short arm": lambda: robots.arm(Limb(segments=5, length_m=0.15, mass_kg=0.05)),
     "soft arm": lambda: robots.arm(Limb(sag=3)),
     "gripper": robots.gripper,
+    "fingers that pass each other": passing_fingers,
     "crawler": robots.crawler,
     "worm": robots.worm,
     "ring": robots.ring,

@@ -43,7 +43,8 @@ def _section(kind: type[Task]) -> str:
     rows = (
         ("varies", judged["Episodes differ"]),
         ("base", _base(task)),
-        ("progress", task.criteria.progress + _stages(task)),
+        ("progress", task.criteria.progress),
+        *([("stages", judged["Stages"])] if "Stages" in judged else []),
         ("success", judged["Success"]),
         ("violation", judged["Counts against it"]),
         ("ends early", judged.get("Lost at once", "Only by success or divergence.")),
@@ -91,11 +92,3 @@ def _base(task: Task) -> str:
 
 def _line(text: str) -> str:
     return " ".join(text.split())
-
-
-def _stages(task: Task) -> str:
-    """Return the stages of a task in words, and which of them is decisive."""
-    if not task.stages:
-        return ""
-    stages = " → ".join(f"{words} ({start:.2g})" for start, words in task.stages)
-    return f" Stages: {stages}; decisive: {task.decisive_stage()[1]}."

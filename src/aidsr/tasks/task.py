@@ -180,7 +180,7 @@ class Task(ABC):
         return ()
 
     def judging(self) -> dict[str, str]:
-        """Return by title what differs between episodes, what success is and what counts against it.
+        """Return by title what differs between episodes, what success is, its stages, and what counts against it.
 
         Raises:
             UserError: The task can end an episode as lost and its criteria do not say when.
@@ -192,6 +192,7 @@ class Task(ABC):
             "Episodes differ": criteria.variation,
             "Success": f"{criteria.success} Held for {self.hold_s:g} s.",
             "Counts against it": criteria.violation,
+            **({"Stages": self._stages_in_words()} if self.stages else {}),
             "Time": f"{self.time_limit_s:g} s, {1 / self.control_dt_s:g} actions a second.",
         }
         if criteria.failure:
@@ -202,6 +203,10 @@ class Task(ABC):
                 f"The policy drives {driven} beside the robot's own actuators." if driven else "A timetable does."
             )
         return facts
+
+    def _stages_in_words(self) -> str:
+        told = ", ".join(f"{words} ({start:.2g})" for start, words in self.stages)
+        return f"By progress: {told}; decisive: {self.decisive_stage()[1]}."
 
     def brief(self) -> Brief:
         """Return the job as a team of designers gets it."""
@@ -276,6 +281,10 @@ class Task(ABC):
         """Return where the episode is lost for good, (n,)."""
         del state
         return np.zeros(readings.n, dtype=np.bool_)
+
+    def losses(self, readings: Readings, state: TaskState) -> dict[str, BoolArray]:
+        """Return the same by the sentence of the rule, (n,) each, for a task that has several."""
+        return {self.criteria.failure: self.is_failure(readings, state)}
 
     def passed_limits(self, state: TaskState) -> tuple[PassedLimit, ...]:
         """Return the limits that one episode has passed.

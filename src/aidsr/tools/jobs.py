@@ -34,10 +34,8 @@ class TaskDescription(Artifact):
     needs_contact: bool
     time_limit_s: float
     hold_s: float
-    stages: tuple[str, ...]
-    """What is reached on the way to success, in order."""
     judging: dict[str, str]
-    """What differs between episodes, what success is, and what counts against it."""
+    """What differs between episodes, what success is, the stages on the way to it, and what counts against it."""
     environment: EnvironmentSummary
     environment_mjcf: str
 
@@ -66,7 +64,6 @@ def read_task(
         needs_contact=brief.needs_contact,
         time_limit_s=found.time_limit_s,
         hold_s=found.hold_s,
-        stages=tuple(words for _, words in found.stages),
         judging=brief.judging,
         environment=brief.summary,
         environment_mjcf=brief.environment,

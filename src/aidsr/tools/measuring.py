@@ -281,7 +281,9 @@ def train(
     found, episodes = _judged(subject, folder, LEAST_EPISODES, "development", f"after {steps:,} steps: ")
     shown = next((one for one in episodes if one.ended != "succeeded"), episodes[0])
     played = play_policy(folder, shown.variation)
-    told = [f"one episode that it {'won' if played.succeeded else 'lost'}, played again:", *played.account()]
+    how = "won" if played.succeeded else "lost"
+    told = [f"one episode that it {how}, played again (no training has its variation; play takes the number):"]
+    told += played.account()
     return found.model_copy(update={"text": "\n".join([found.text, *learning_in_words(Training(folder)), *told])})
 
 

@@ -160,7 +160,7 @@ class Recorder:
         if outcomes.success[0]:
             return "success, held"
         if outcomes.failure[0]:
-            return f"lost by the task's own rule: {self._task.criteria.failure}"
+            return f"lost by the task's own rule: {self._episodes.lost_by(0)}"
         if outcomes.diverged[0]:
             return f"the simulation diverged; {self._fastest} moved fastest before"
         over = self.moments[-1].time_s > self._task.time_limit_s - self._task.control_dt_s / 2

@@ -49,8 +49,9 @@ def print_introduction(console: Console, run: Run) -> None:
 def print_status(console: Console, run: Run, status: RunStatus) -> None:
     """Print one line for each design, what went wrong, and the page to open."""
     _print_designs(console, status.designs)
+    measured = run.asked().config.team == "measuring"
     for design in status.designs:
-        _print_reason(console, design)
+        _print_reason(console, design, also_approved=measured)
     for folder in run.designs:
         for training in trainings_of(folder):
             console.print(f"design {folder.number}, {escape(verdict_in_words(training))}", soft_wrap=True)
@@ -123,13 +124,13 @@ def print_files(console: Console, run: Run) -> None:
     console.print(root)
 
 
-def _print_reason(console: Console, design: DesignStatus) -> None:
-    """Print why a design is not approved, and the traceback of a bug."""
+def _print_reason(console: Console, design: DesignStatus, *, also_approved: bool) -> None:
+    """Print why a design is not approved, and the traceback of a bug; of a team that measures, why its work ended."""
     if design.stopped and not design.outcome:
         console.print(f"\nDesign {design.number} stopped: {escape(design.stopped.message)}", soft_wrap=True)
         if design.stopped.traceback:
             console.print(escape(design.stopped.traceback), style="dim", soft_wrap=True)
-    elif design.outcome and design.outcome.outcome != "approved":
+    elif design.outcome and (also_approved or design.outcome.outcome != "approved"):
         console.print(
             f"\nDesign {design.number}, {design.outcome.outcome}: {escape(design.outcome.reason)}", soft_wrap=True
         )

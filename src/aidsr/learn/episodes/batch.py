@@ -152,6 +152,11 @@ class Episodes:
         """Return what the stages of the task ask for, as it is after the last control step."""
         return self.task.conditions(self._readings, self._state.task_state)
 
+    def lost_by(self, index: int) -> str:
+        """Return the sentences of the rules by which an episode is lost after the last control step."""
+        losses = self.task.losses(self._readings, self._state.task_state)
+        return " ".join(sentence for sentence, lost in losses.items() if lost[index])
+
     def copy_state(self, index: int, data: mujoco.MjData) -> None:
         """Give a simulation the present state of an episode, so that `mj_forward` finds the forces that act in it.
 

@@ -53,9 +53,12 @@ class LaneTask(Task, ABC):
     def violation(self, readings: Readings) -> FloatArray:
         return excess(np.abs(in_lane(readings)[:, 1]), LANE_HALF_WIDTH_M, full=LANE_HALF_WIDTH_M + OUTSIDE_M)
 
-    def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
+    def losses(self, readings: Readings, state: TaskState) -> dict[str, BoolArray]:
         del state
-        return np.abs(in_lane(readings)[:, 1]) >= LANE_HALF_WIDTH_M + OUTSIDE_M
+        return {OUT_OF_LANE: np.abs(in_lane(readings)[:, 1]) >= LANE_HALF_WIDTH_M + OUTSIDE_M}
+
+    def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
+        return np.asarray(np.any(list(self.losses(readings, state).values()), axis=0))
 
 
 def in_lane(readings: Readings) -> FloatArray:

@@ -14,7 +14,8 @@ MOST_BACK_M = 0.05
 """How far the centre of mass may fall back behind the farthest it has come. Our choice: sinusoidal gaits of the
 built-in crawlers and worms that get anywhere take back 13 mm at most, and a ring under random actions hardly ever gets
 far without losing more."""
-FALLS_BACK = f"{OUT_OF_LANE[:-1]}, or {MOST_BACK_M:g} m behind the farthest it has been."
+FELL_BACK = f"The centre of mass is {MOST_BACK_M:g} m behind the farthest it has been."
+FALLS_BACK = f"{OUT_OF_LANE} {FELL_BACK}"
 
 
 class OneWayTask(LaneTask, ABC):
@@ -28,9 +29,9 @@ class OneWayTask(LaneTask, ABC):
     def update_state(self, readings: Readings, state: TaskState) -> TaskState:
         return {**state, "farthest": np.maximum(state["farthest"], in_lane(readings)[:, 0])}
 
-    def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
+    def losses(self, readings: Readings, state: TaskState) -> dict[str, BoolArray]:
         fell_back = in_lane(readings)[:, 0] < state["farthest"] - MOST_BACK_M
-        return super().is_failure(readings, state) | fell_back
+        return {**super().losses(readings, state), FELL_BACK: fell_back}
 
 
 def front_m(readings: Readings) -> FloatArray:

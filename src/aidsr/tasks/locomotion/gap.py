@@ -24,6 +24,8 @@ TURN_DEG = 15.0
 PAST_M = 0.02
 LONG_M, HALF_WIDTH_M, THICK_M = 1.8, 0.5, 0.14
 """Size of a platform. Its thickness leaves 10 mm over the bottom, so that nothing crawls under it."""
+STARTS_BEYOND = "A part of the robot starts beyond the near edge."
+ON_THE_BOTTOM = "It touches the bottom."
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,7 @@ class Gap(OneWayTask):
             progress="Way of the rearmost part to beyond the far edge.",
             success="Every part is past the far edge.",
             violation=LEAVES_LANE,
-            failure=f"A part of the robot starts beyond the near edge. It touches the bottom. {FALLS_BACK}",
+            failure=f"{STARTS_BEYOND} {ON_THE_BOTTOM} {FALLS_BACK}",
         )
 
     @property
@@ -101,9 +103,9 @@ class Gap(OneWayTask):
         del state
         return rear_m(readings) >= _goal_m(readings)
 
-    def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
-        lost = (readings.peak_force_n("pit_force") > TOUCH_N) | (state["beyond"] > 0.0)
-        return super().is_failure(readings, state) | lost
+    def losses(self, readings: Readings, state: TaskState) -> dict[str, BoolArray]:
+        own = {STARTS_BEYOND: state["beyond"] > 0.0, ON_THE_BOTTOM: readings.peak_force_n("pit_force") > TOUCH_N}
+        return {**super().losses(readings, state), **own}
 
     @property
     def _width_mm(self) -> str:

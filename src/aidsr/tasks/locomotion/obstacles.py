@@ -26,6 +26,7 @@ SPREAD_M = 0.01
 CLEAR_M = 0.10
 """How far beside an obstacle's end the way leads by which progress is measured. Our choice: half the width of a robot
 of the usual size."""
+STARTS_BEYOND = "A part of the robot starts beyond the first obstacle."
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,7 @@ class Obstacles(LaneTask):
             progress="Way to the finish line around the obstacles.",
             success="The centre of mass is past the finish line, inside the lane.",
             violation=LEAVES_LANE,
-            failure=f"A part of the robot starts beyond the first obstacle. {OUT_OF_LANE}",
+            failure=f"{STARTS_BEYOND} {OUT_OF_LANE}",
         )
 
     @property
@@ -129,8 +130,8 @@ class Obstacles(LaneTask):
         there = in_lane(readings)
         return (there[:, 0] >= GOAL_M) & (np.abs(there[:, 1]) < LANE_HALF_WIDTH_M)
 
-    def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
-        return super().is_failure(readings, state) | (state["beyond"] > 0.0)
+    def losses(self, readings: Readings, state: TaskState) -> dict[str, BoolArray]:
+        return {**super().losses(readings, state), STARTS_BEYOND: state["beyond"] > 0.0}
 
 
 def way_left_m(point_m: FloatArray, turns_m: FloatArray) -> FloatArray:

@@ -24,6 +24,7 @@ SIZE_FACTOR = (0.8, 1.2)
 LANDING_M = 1.0
 CLIMBED = 0.8
 """Share of the whole rise that counts as being up."""
+STARTS_BEYOND = "A part of the robot starts beyond the first edge."
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ class Stairs(LaneTask):
                 "and not off the side."
             ),
             violation=LEAVES_LANE,
-            failure=f"A part of the robot starts beyond the first edge. {OUT_OF_LANE}",
+            failure=f"{STARTS_BEYOND} {OUT_OF_LANE}",
         )
 
     @property
@@ -109,8 +110,8 @@ class Stairs(LaneTask):
         up = there[:, 2] - state["lowest"] >= _climb_m(readings)
         return (there[:, 0] > _last_edge_m(readings)) & up & (np.abs(there[:, 1]) < LANE_HALF_WIDTH_M)
 
-    def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
-        return super().is_failure(readings, state) | (state["beyond"] > 0.0)
+    def losses(self, readings: Readings, state: TaskState) -> dict[str, BoolArray]:
+        return {**super().losses(readings, state), STARTS_BEYOND: state["beyond"] > 0.0}
 
     def _steps(self, rise_m: float, tread_m: float) -> tuple[Change, ...]:
         """Return the boxes of the steps and of the mark on the last of them."""

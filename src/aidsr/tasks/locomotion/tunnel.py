@@ -32,6 +32,7 @@ HEIGHT_M = 0.10
 HEIGHT_FACTOR = (0.9, 1.1)
 FRICTION = (0.6, 1.2)
 MAX_WALL_N = 20.0
+STARTS_BEYOND = "A part of the robot starts in the tunnel."
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ class Tunnel(LaneTask):
             progress="Way of the rearmost part to the far end.",
             success="The whole body is out of the far end.",
             violation=f"A mean force of more than {MAX_WALL_N:g} N on the walls.",
-            failure=f"A part of the robot starts in the tunnel. {OUT_OF_LANE}",
+            failure=f"{STARTS_BEYOND} {OUT_OF_LANE}",
         )
 
     @property
@@ -127,8 +128,8 @@ class Tunnel(LaneTask):
         del state
         return _rear_m(readings) >= LENGTH_M
 
-    def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
-        return super().is_failure(readings, state) | (state["beyond"] > 0.0)
+    def losses(self, readings: Readings, state: TaskState) -> dict[str, BoolArray]:
+        return {**super().losses(readings, state), STARTS_BEYOND: state["beyond"] > 0.0}
 
 
 def _outline_along_m(readings: Readings) -> FloatArray:

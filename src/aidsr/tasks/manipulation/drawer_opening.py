@@ -33,6 +33,9 @@ NEAR_M = 0.03
 """A handle this near has been approached."""
 FRICTION_FACTOR = (0.5, 2.0)
 MAX_FORCE_N = 40.0
+AMONG = "A part of the robot is level with the bars of the handles, or behind them, at the start."
+OUT_OF_TURN = f"A drawer whose turn it is not is opened by {1000 * OPEN_M:g} mm."
+"""What loses an episode."""
 
 
 @dataclass(frozen=True)
@@ -96,14 +99,12 @@ class DrawerOpening(Task):
                 "robot that has lost it gains by going back. While another drawer is open, pulling is worth nothing."
             ),
             success=(
-                "All twelve stages are done and all drawers are shut. A drawer counts as open in its turn only, and "
-                f"only while the two others are open by {1000 * SHUT_M:g} mm or less."
+                "All twelve stages are done, each drawer in its turn approached, touched, pulled open and pushed shut, "
+                "and all drawers are shut. A drawer counts as open in its turn only, and only while the two others are "
+                f"open by {1000 * SHUT_M:g} mm or less."
             ),
             violation=f"More than {MAX_FORCE_N:g} N on a handle.",
-            failure=(
-                "A part of the robot is level with the bars of the handles, or behind them, at the start. A drawer "
-                f"whose turn it is not is opened by {1000 * OPEN_M:g} mm."
-            ),
+            failure=f"{AMONG} {OUT_OF_TURN}",
         )
 
     @property
@@ -151,7 +152,10 @@ class DrawerOpening(Task):
         return (state["stage"] >= ALL_STAGES) & (openings_m(readings) <= SHUT_M).all(axis=1)
 
     def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
-        return np.asarray((state["among"] > 0.0) | out_of_turn(readings, state))
+        return np.asarray(np.any(list(self.losses(readings, state).values()), axis=0))
+
+    def losses(self, readings: Readings, state: TaskState) -> dict[str, BoolArray]:
+        return {AMONG: state["among"] > 0.0, OUT_OF_TURN: out_of_turn(readings, state)}
 
 
 def openings_m(readings: Readings) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -81,6 +82,7 @@ class ForceControlledBrushing(Task):
 
     @property
     def criteria(self) -> Criteria:
+        asked = math.ceil(self.coverage * self.cells_a_side**2)
         return Criteria(
             variation=(
                 f"Wall +-{1000 * OFFSET_M:g} mm nearer or farther, tilted by up to +-{TILT_DEG:g} deg about both of "
@@ -91,9 +93,9 @@ class ForceControlledBrushing(Task):
                 "cell."
             ),
             success=(
-                "Enough cells are brushed, each in its turn, with the force in the band most of the time and hardly "
-                f"ever more than {MAX_FORCE_N:g} N. A force is that of all contacts together, at right angles to the "
-                "wall."
+                f"The first {asked} cells are brushed, beginning at the top left (-x); none can be skipped, since a "
+                "cell is brushed only in its turn. The force is in the band most of the time and hardly ever more than "
+                f"{MAX_FORCE_N:g} N. A force is that of all contacts together, at right angles to the wall."
             ),
             violation=f"A peak of more than {MAX_FORCE_N:g} N.",
         )

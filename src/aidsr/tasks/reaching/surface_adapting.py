@@ -87,7 +87,11 @@ class SurfaceAdapting(Task):
         return Criteria(
             variation=(
                 f"Radius {span(RADIUS_M)} m, distance +-{1000 * GAP_SPREAD_M:g} mm, smooth or with waves, on either "
-                "side."
+                f"side. The axis lies along y; the round side is {2 * HALF_WIDTH_M:g} m wide and looks towards the "
+                "line straight down, 45 deg downwards. Waves are rods along y, one every "
+                f"{RODS_DEG[1] - RODS_DEG[0]:g} deg, that rise {1000 * WAVE_M:g} mm above the cylinder between them: "
+                "radius and distance are those of their tops, and gaps are measured to a smooth cylinder of that "
+                "radius."
             ),
             progress=(
                 "Two fifths for the body's nearness to the surface, two fifths for the share of it that lies there, a "

@@ -14,9 +14,6 @@ from aidsr.teams.llm.describe_environment import describe_environment
 from aidsr.teams.llm.prompts import as_json, render
 from aidsr.teams.llm.replies import parse_json, validate_as
 
-_MOST_PULLS = 6
-"""Places under single actuators that are told. Our choice: what shows a reach."""
-
 ScenePictures = Callable[[Scene], Mapping[str, bytes]]
 """Returns the pictures of a scene for the Judge: a PNG for each caption."""
 
@@ -105,11 +102,10 @@ def _place_lines(found: Mapping[str, Any]) -> list[str]:
     for actuator, (half_m, held_m) in found.get("functional_part_pulled_m", {}).items():
         alike.setdefault(f"{_place(half_m)}, {_place(held_m)}", []).append(actuator)
     if alike:
-        pulls = [f"{', '.join(names)}: {places}" for places, names in list(alike.items())[:_MOST_PULLS]]
-        left = sum(len(names) for names in list(alike.values())[_MOST_PULLS:])
+        pulls = [f"{', '.join(names)}: {places}" for places, names in alike.items()]
         lines.append(
             "its functional part when the growing command of one actuator alone is half of its pull, and held at all "
-            f"of it [m]: {'; '.join(pulls)}" + (f"; and {left} more actuators" if left else "")
+            f"of it [m]: {'; '.join(pulls)}"
         )
     return lines
 

@@ -190,7 +190,7 @@ class Board:
         calls = tuple(_without_kept(*pair) for pair in zip(exchange.calls, exchange.results, strict=True))
         if self.native:
             return Message(role="assistant", text=exchange.said, tool_calls=calls)
-        return Message(role="assistant", text="\n".join(filter(None, (exchange.said, calls_as_text(calls)))))
+        return Message(role="assistant", text="\n\n".join(filter(None, (exchange.said, calls_as_text(calls)))))
 
     def _brought(self, exchange: Exchange, board: str) -> Message:
         """Return the results of a reply as the next turn, with their pictures."""

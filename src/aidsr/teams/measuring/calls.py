@@ -64,8 +64,8 @@ def _blocks(call: ToolCall) -> Iterator[str]:
 
 
 def prose_of(reply: str) -> str:
-    """Return the text of a reply beside its calls."""
-    return _FENCE.sub("", reply).strip()
+    """Return the text of a reply beside its calls, without blank lines: most of them stood around a call."""
+    return "\n".join(line for line in _FENCE.sub("", reply).splitlines() if line.strip()).strip()
 
 
 def results_as_text(outputs: Sequence[ToolOutput]) -> str:

@@ -30,6 +30,8 @@ class Chosen(Artifact):
     why: str
     measured: bool = True
     """Whether it was measured again before; what was kept when the budget ended may not have been."""
+    ended: str = ""
+    """Why the work ended, as a sentence; empty in what was kept or finished with by a call."""
 
 
 _FAMILIES = TypeAdapter(tuple[Family, ...])

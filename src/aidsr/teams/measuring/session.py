@@ -61,8 +61,8 @@ class Session:
                 return found
             try:
                 record = self.model.ask(Question(role="designer", messages=messages, tools=specs if native else ()))
-            except BudgetError:
-                if best := self._best():
+            except BudgetError as error:
+                if best := self._best(str(error)):
                     return best
                 raise
             calls, complaint = _calls_of(record, native)
@@ -93,7 +93,11 @@ class Session:
         if found is not None and not found.scene:
             raise ReplyError(f"The team gave up: {found.why}")
         if found is None and (trained := self.toolbox.exploration.succeeded()):
-            return Chosen(scene=trained[0], why=f"Its training succeeded: {trained[1]}.")
+            return Chosen(scene=trained[0], why=f"{trained[1]}.", ended="Its training succeeded.")
+        if found is not None and not found.ended:
+            spent = self.toolbox.spent
+            ended = f"{spent.capitalize()}." if spent else "It finished before its budget ended."
+            return found.model_copy(update={"ended": ended})
         return found
 
     def _kept_or(self, reason: str) -> Chosen:
@@ -102,16 +106,17 @@ class Session:
         Raises:
             ReplyError: None was, with the reason why the session ended.
         """
-        if best := self._best():
+        if best := self._best(reason):
             return best
         raise ReplyError(f"{reason} It had kept no scene.")
 
-    def _best(self) -> Chosen | None:
+    def _best(self, ended: str) -> Chosen | None:
         """Return the scene that came farthest over several seeds, else the one that was kept; None where none was."""
         if found := self.toolbox.exploration.best_again():
             why = f"It came farthest of what was measured by several seeds, to progress {found[1]:.2f}."
-            return Chosen(scene=found[0], why=why)
-        return chosen(self.toolbox.workspace, "kept")
+            return Chosen(scene=found[0], why=why, ended=ended)
+        kept = chosen(self.toolbox.workspace, "kept")
+        return kept.model_copy(update={"ended": ended}) if kept else None
 
     def _results(self, calls: Sequence[ToolCall], exchanges: Sequence[Exchange]) -> tuple[ToolRecord, ...]:
         """Carry out the calls of a reply, in order.

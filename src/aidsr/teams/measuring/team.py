@@ -169,11 +169,13 @@ def _words(feedback: Feedback | None) -> str:
 
 
 def _result(workspace: Workspace, found: Chosen) -> Robot:
-    """Return the robot of the scene that a session ended with; note the end, where it came by the budget."""
+    """Return the robot of the scene that a session ended with, why it did in its notes; note the end."""
     if chosen(workspace, "finished") is None:
         write_chosen(workspace, "finished", found)
     robot = workspace.robot(workspace.record(found.scene).robot)
     families = json.loads((workspace.folder / "families.json").read_bytes())
     proposed = ", ".join(family["name"] for family in families)
-    ended = found.why if found.measured else f"Kept when the budget ended, not measured again: {found.why}"
-    return robot.model_copy(update={"notes": f"{ended} Families proposed: {proposed}."})
+    why = found.why if found.measured else f"Kept, not measured again: {found.why}"
+    return robot.model_copy(
+        update={"notes": f"{found.ended} {why.rstrip('.')}. Families proposed: {proposed}.".strip()}
+    )

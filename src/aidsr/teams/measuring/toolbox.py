@@ -156,14 +156,12 @@ class Toolbox:
             return f"{unmade} does not exist: the call that was to make it made nothing"
         if name != "propose" and not has_families(self.workspace):
             return "propose families of bodies first"
-        if name not in FREE and self.calls_made >= self.budget.calls:
-            return f"all {self.budget.calls} calls are used: finish with the best scene"
-        if name not in FREE and self.minutes_used >= self.budget.minutes:
-            return f"all {self.budget.minutes:g} minutes are used: finish with the best scene"
+        if name not in FREE and self.spent:
+            return f"{self.spent}: finish with the best scene"
         if reason := self._too_early(name, arguments):
             return reason
         scene = arguments.get("scene")
-        if name == "finish" and scene and not self._is_spent and not self._measured_again(scene):
+        if name == "finish" and scene and not self.spent and not self._measured_again(scene):
             return (
                 f"{scene} was not measured again: probe it with {_FEWEST_SEEDS} seeds or more, play a script in "
                 f"{_FEWEST_VARIATIONS} variations or more, or train it; then finish"
@@ -174,7 +172,7 @@ class Toolbox:
 
     def _too_early(self, name: str, arguments: dict[str, Any]) -> str:
         """Return why a body is not refined or finished with yet: families are left of which none was measured."""
-        if not self.explore or self._is_spent:
+        if not self.explore or self.spent:
             return ""
         left = self.exploration.unmeasured()
         refines = name == "edit" and arguments.get("robot") in self.exploration.measured()
@@ -192,8 +190,11 @@ class Toolbox:
         return Exploration(tuple(self._records), self.workspace)
 
     @property
-    def _is_spent(self) -> bool:
-        return self.calls_made >= self.budget.calls or self.minutes_used >= self.budget.minutes
+    def spent(self) -> str:
+        """Which part of the budget is used up, in a clause; "" while none is."""
+        if self.calls_made >= self.budget.calls:
+            return f"all {self.budget.calls} calls are used"
+        return f"all {self.budget.minutes:g} minutes are used" if self.minutes_used >= self.budget.minutes else ""
 
     def _measured_again(self, scene: object) -> bool:
         """Whether a scene was measured by several seeds or variations, or trained."""

@@ -21,8 +21,8 @@ _LIMB = 3
 _OPEN = 0.1
 """Distance between two tips at rest / L, from which fingers are open. Our choice."""
 CLOSES_BY = 0.02
-"""Distance by which some test brings two tips nearer to each other / L; less is no closing. Our choice: the least
-effect of an actuator."""
+"""Distance by which some test brings two tips nearer to each other, at any time, / L; less is no closing. Our choice:
+the least effect of an actuator."""
 _OPENS_BY = 0.1
 """The same for the test that moves them apart most, without which they are not driven to open. Our choice."""
 
@@ -37,15 +37,17 @@ def _find_fingers_that_only_open(robot: RobotUnderTest) -> Iterator[Fault]:
     pairs = list(combinations(range(len(fingers)), 2))
     if min(float(np.linalg.norm(tips[i] - tips[j])) for i, j in pairs) < _OPEN * robot.length_m:
         return
-    held = last_quarter(battery.fields["xipos"][:, :, [chain.bodies[-1] for chain in fingers]], axis=1).mean(axis=1)
-    apart = np.array([np.linalg.norm(held[:, i] - held[:, j], axis=1) for i, j in pairs]).T / robot.length_m
+    ends = battery.fields["xipos"][:, :, [chain.bodies[-1] for chain in fingers]]
+    apart = np.array([np.linalg.norm(ends[:, :, i] - ends[:, :, j], axis=-1) for i, j in pairs]) / robot.length_m
     tests = [row for row in robot.sound_tests if robot.driven.tests[row].kind in ("single", "all")]
-    change = apart[tests] - apart[0]
-    if tests and change.min() > -CLOSES_BY and change.max() > _OPENS_BY:
+    rest = last_quarter(apart[:, :1], axis=2).mean(axis=2)
+    # fingers that lie beside each other pass on their way and end farther apart than they began
+    nearest, held = (found - rest for found in (apart.min(axis=2), last_quarter(apart, axis=2).mean(axis=2)))
+    if tests and nearest[:, tests].min() > -CLOSES_BY and held[:, tests].max() > _OPENS_BY:
         yield ONLY_OPENS.fault(
             "every actuator moves the ends of the limbs apart, none brings them together",
             names=(robot.body(chain.bodies[-1]) for chain in fingers),
-            measured=max(0.0, -float(change.min())),
+            measured=max(0.0, -float(nearest[:, tests].min())),
             limit=CLOSES_BY,
             whole=robot.length_m,
             whole_unit="m",
@@ -67,14 +69,14 @@ ONLY_OPENS = Rule(
     stage=Stage.EFFECT,
     finds="Every actuator of a gripper moves its fingertips apart.",
     why="Springs close such fingers up to where they were drawn and no farther, so that they hold nothing.",
-    limit="distance by which a test of one actuator or of all brings two fingertips nearer to each other / L: at least "
-    f"{CLOSES_BY:g}, where another moves them apart by more than {_OPENS_BY:g}; limbs of {_LIMB} joints or more on a "
-    f"base, that point the same way and are drawn {_OPEN:g} L apart; always a warning, since hooks "
+    limit="distance by which a test of one actuator or of all brings two fingertips nearer to each other, at any time, "
+    f"/ L: at least {CLOSES_BY:g}, where another moves them apart by more than {_OPENS_BY:g}; limbs of {_LIMB} joints "
+    f"or more on a base, that point the same way and are drawn {_OPEN:g} L apart; always a warning, since hooks "
     "that hold from inside are meant so",
     check=_find_fingers_that_only_open,
     severity="warning",
     unit="of the robot's length",
-    cure="Route the flexors on the sides of the fingers that face each other.",
+    cure="If they are to grip, route the flexors on the sides of the fingers that face each other.",
     example=Example(
         (
             (
