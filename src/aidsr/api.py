@@ -184,8 +184,8 @@ def train(
         stop_hopeless: End a training in which no episode has succeeded after 70 % of its steps; with protocol "best".
         threads: Native threads for physics; 0 takes all processors. Results do not depend on it.
         script: Motion that the policy begins with and corrects, see `aidsr.learn.openloop.script.GRAMMAR`; with
-            protocol "best". The one with which the design's author saw it do the job unless given, else one that a
-            short probe finds and that wins nearly everywhere; "" for none.
+            protocol "best". Unless given, the one with which the design's author saw it do the job; without one a
+            short probe searches a motion that learning has to beat. "" for none of them.
         tensorboard: Also write logs for TensorBoard.
         again: Train from scratch, into the next folder, even if earlier calls left a finished or stopped training.
         listen: Called with every point of the learning curve.

@@ -77,11 +77,13 @@ class Training:
 
     @property
     def beginning(self) -> str:
-        """With what the policy began, as the end of a sentence; "" where it began with nothing."""
+        """With what the policy began, as the end of a sentence; "" where it learned from nothing."""
         recipe = (self.config.read() or {}).get("recipe", {})
         if not recipe.get("script"):
             return ""
-        return "; it began with a motion of the probe" if recipe.get("from_probe") else "; it began with a script"
+        if recipe.get("from_probe"):
+            return "; the policy is a motion of the probe, which learning did not beat"
+        return "; it began with a script"
 
     @property
     def stage(self) -> Literal["learning", "evaluating", "judged"]:

@@ -85,8 +85,8 @@ def train(
         End a training in which no episode has succeeded after 70 % of its steps. With protocol "best".
     script
         Motion that the policy begins with and corrects: "own" is that with which the design's author saw it do the job,
-        else one that a short probe finds and that wins nearly everywhere; "none" trains from nothing; else a file. With
-        protocol "best".
+        where there is one, else a short probe searches a motion that learning has to beat; "none" does without any of
+        them; else a file. With protocol "best".
     threads
         Native threads for physics; 0 takes all processors. Results do not depend on it.
     tensorboard

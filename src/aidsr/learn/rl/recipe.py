@@ -69,12 +69,11 @@ class Recipe(Artifact):
     """Whether each training episode differs from the model as a real robot may, see `perturbation.randomized`. Ours;
     the paper trains in the model."""
     from_probe: bool = False
-    """Whether the policy begins with the probe's best motion, where that succeeds. PPO first learns to do what it does
-    (`aidsr.learn.rl.behavior_cloning`), SAC corrects it (`aidsr.learn.rl.motion_to_correct`). Ours; the paper starts
-    from a policy that knows nothing."""
+    """Whether a probe searches a motion first. PPO begins with it (`aidsr.learn.rl.behavior_cloning`); with SAC it is
+    the policy where learning does not beat it (`aidsr.learn.rl.rival_motion`). Ours; the paper starts from nothing."""
     script: str = ""
     """Motion that the policy corrects, in the notation of `aidsr.learn.openloop.script`; without one it begins with
-    nothing. With `from_probe` it is what the probe found, "" before. SAC only. Source: residual policy learning, Silver
+    nothing. With `from_probe` it is the motion that was not beaten. SAC only. Source: residual policy learning, Silver
     et al. 2018."""
     correction: Annotated[float, Field(gt=0, le=2)] = 0.3
     """By how much the policy can change the action of the script, -1 to 1, either way. Our choice."""
@@ -116,14 +115,14 @@ class Recipe(Artifact):
         return self
 
     def beginning_with(self, script: str) -> Recipe:
-        """Return the recipe of a policy that corrects a script that is known, so that no probe is asked.
+        """Return the recipe of a policy that corrects a script; no other motion is searched.
 
         With an empty script it is this recipe.
         """
         return self.model_copy(update={"script": script, "from_probe": False}) if script else self
 
     def from_nothing(self) -> Recipe:
-        """Return the recipe of a policy that begins with no motion."""
+        """Return the recipe of a policy that has no motion, neither to correct nor to beat."""
         return self.model_copy(update={"script": "", "from_probe": False})
 
     def as_asked(self) -> Recipe:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import tempfile
 import time
+from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,9 +20,9 @@ from aidsr.learn.episodes.perturbation import randomized
 from aidsr.learn.episodes.rollout import EpisodeOutcomes, rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.behavior_cloning import clone_probe_motion
-from aidsr.learn.rl.motion_to_correct import LEAST_STEPS, find_motion
 from aidsr.learn.rl.policy import Normalisation, TrainedPolicy, network_options, one_torch_thread
 from aidsr.learn.rl.recipe import Recipe
+from aidsr.learn.rl.rival_motion import LEAST_STEPS, find_rival
 from aidsr.learn.rl.training_folder import FolderInUseError, Stopped, TrainingConfig, TrainingFolder, TrainingResult
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import BENCHMARK_VERSION, GoalTask, Variation
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
     from stable_baselines3 import PPO
     from stable_baselines3.common.vec_env import VecNormalize
 
+    from aidsr.learn.rl.callbacks import History
     from aidsr.learn.rl.curve_point import CurvePoint
     from aidsr.learn.rl.snapshot import Snapshot
     from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
@@ -97,7 +100,18 @@ def train(
             home.log_event("started")
         if _is_to_be_probed(config) and not (home / "probe.json").exists():
             config = _probed(home, scene, config, threads)
-        return _Training(config.recipe.acting_in(scene), home, config, threads, tensorboard, listen).run()
+        training = _Training(config.recipe.acting_in(scene), home, config, threads, tensorboard, listen)
+        stopped = training.run()
+        if training.is_beaten(stopped):
+            home.log_event("beaten", success_share=training.share, motion_share=config.motion_share)
+            config = config.with_the_motion()
+            if (home / "checkpoint").exists():
+                home.remove_folder("checkpoint")
+            home.write("config.json", config.model_dump_json(indent=2) + "\n")
+            learned = training.history
+            training = _Training(config.recipe.acting_in(scene), home, config, threads, tensorboard, listen)
+            training.play_the_motion(learned)
+        return training.finish(stopped)
 
 
 def _is_to_be_probed(config: TrainingConfig) -> bool:
@@ -106,20 +120,19 @@ def _is_to_be_probed(config: TrainingConfig) -> bool:
 
 
 def _probed(home: TrainingFolder, scene: TaskScene, config: TrainingConfig, threads: int) -> TrainingConfig:
-    """Search a motion to begin with, and return and write the settings with it; probe.json says that this is done."""
+    """Search a motion, and return and write the settings with it; probe.json says that this is done."""
     began = time.perf_counter()
-    found = find_motion(scene, seed=config.seed, threads=threads)
+    found = find_rival(scene, seed=config.seed, threads=threads)
     best = found.report.best
     home.log_event(
-        "probed", steps=found.steps, ended=best.episode.ended, motion=best.motion.summary, won_others=found.share
+        "probed", steps=found.steps, ended=best.episode.ended, motion=best.motion.summary, success_share=found.share
     )
+    probe_s = round(time.perf_counter() - began, 2)
     config = config.model_copy(
-        update={
-            "recipe": config.recipe.model_copy(update={"script": found.script}),
-            "probe_steps": found.steps,
-            "probe_s": round(time.perf_counter() - began, 2),
-        }
+        update={"motion": found.script, "motion_share": found.share, "probe_steps": found.steps, "probe_s": probe_s}
     )
+    if found.share >= config.recipe.saturation:
+        config = config.with_the_motion()
     home.write("config.json", config.model_dump_json(indent=2) + "\n")
     home.write("probe.json", found.report.model_dump_json(indent=2) + "\n")
     return config
@@ -191,7 +204,8 @@ def _finished(home: TrainingFolder, config: TrainingConfig) -> TrainingResult | 
 
 def _differences(existing: TrainingConfig, requested: TrainingConfig) -> list[str]:
     """Return in which fields two trainings differ, versions of libraries and what a probe found aside."""
-    names = TrainingConfig.model_fields.keys() - {"versions", "recipe", "probe_steps", "probe_s"}
+    found = {"motion", "motion_share", "probe_steps", "probe_s"}
+    names = TrainingConfig.model_fields.keys() - {"versions", "recipe"} - found
     differing = [name for name in names if getattr(existing, name) != getattr(requested, name)]
     same_recipe = existing.recipe.as_asked() == requested.recipe.as_asked()
     return sorted(differing if same_recipe else [*differing, "recipe"])
@@ -228,6 +242,8 @@ class _Training:
         # a resumed training must not sample the same episodes a second time
         self.rng = np.random.default_rng([config.seed, self.history.steps])
         self._best: Snapshot | None = None
+        self.share = 0.0
+        """Of the last episodes, or of those of the policy that was kept."""
         self._structure = read_structure(scene.model)
         first = [self._sample_variation() for _ in range(recipe.simulations)]
         self.env = BatchedVecEnv(self._episodes(first), self._sample_variation, patience_s=recipe.patience_s)
@@ -296,14 +312,15 @@ class _Training:
         self.model.num_timesteps = steps
         self.home.log_event("probed", steps=steps, ended=report.best.episode.ended, motion=report.best.motion.summary)
 
-    def run(self) -> TrainingResult:
-        """Train to the end of the budget or until the policy is saturated."""
+    def run(self) -> Stopped:
+        """Train to the end of the budget or until the policy is saturated, and return what ended it."""
         from aidsr.learn.rl.callbacks import TrainingCallback
         from aidsr.learn.rl.exploration import Exploration
 
+        recipe, history = self.config.recipe, self.history
         callback = TrainingCallback(
-            self.history,
-            self.config.recipe,
+            history,
+            recipe,
             self.config.steps,
             self.home,
             checkpoint=self._checkpoint,
@@ -313,24 +330,38 @@ class _Training:
             begin=lambda: self.env.desynchronize(self.rng),
             most_s=self.most_s,
         )
-        if self.config.recipe.script and not self.history.steps and self._script_suffices():
-            return self._finish("saturated")
-        left = (self.config.steps - self.history.steps) // self.config.recipe.hold_steps
-        exploration = [Exploration(self.config.recipe)] if self.config.recipe.algorithm == "ppo" else []
+        # where a motion that was searched is the policy, nothing is learned
+        if recipe.script and not history.steps and (self._script_suffices() or recipe.from_probe):
+            return "saturated"
+        left = (self.config.steps - history.steps) // recipe.hold_steps
+        exploration = [Exploration(recipe)] if recipe.algorithm == "ppo" else []
         try:
-            if left > 0 and self.history.wall_s < self.most_s:
+            if left > 0 and history.wall_s < self.most_s:
                 self.model.learn(left, callback=[*exploration, callback], reset_num_timesteps=False)
         except KeyboardInterrupt:
             self._checkpoint()
             raise
+        self.share = history.success_share if history.recent else 0.0
         if callback.is_saturated:
-            return self._finish("saturated")
+            return "saturated"
         if callback.is_hopeless:
-            return self._finish("hopeless")
-        if self._best is not None and self.history.success_share <= self.history.best_share - _FALL:
-            self.home.log_event("restored", success_share=self.history.success_share, best=self.history.best_share)
+            return "hopeless"
+        if self._best is not None and self.share <= history.best_share - _FALL:
+            self.home.log_event("restored", success_share=self.share, best=history.best_share)
             self._best.restore(self.model.policy, self.normalised)
-        return self._finish("time" if self.history.wall_s >= self.most_s else "budget")
+            self.share = history.best_share
+        return "time" if history.wall_s >= self.most_s else "budget"
+
+    def is_beaten(self, stopped: Stopped) -> bool:
+        """Return whether the motion that was searched wins more than what was learned, by more than chance."""
+        config = self.config
+        return bool(config.motion) and stopped != "saturated" and self.share <= config.motion_share - _FALL
+
+    def play_the_motion(self, learned: History) -> None:
+        """Be the policy that plays the motion as it is, after all that was learned."""
+        self.history = replace(learned, recent=deque(maxlen=learned.recent.maxlen))
+        self.model.num_timesteps = learned.steps // self.config.recipe.hold_steps
+        self._script_suffices()
 
     def _keep_best(self) -> None:
         from aidsr.learn.rl.snapshot import Snapshot
@@ -397,7 +428,8 @@ class _Training:
         if self._best is not None:
             self._best.save(folder / "best")
 
-    def _finish(self, stopped: Stopped) -> TrainingResult:
+    def finish(self, stopped: Stopped) -> TrainingResult:
+        """Write the policy and how its training ended, and return that."""
         history = self.history
         result = TrainingResult(
             steps=history.steps,

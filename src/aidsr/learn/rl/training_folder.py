@@ -53,11 +53,19 @@ class TrainingConfig(Artifact):
     minutes: float | None = None
     """Budget of wall time, where there is one; what it cuts short, another run does not repeat step by step."""
     versions: dict[str, str]
+    motion: str = ""
+    """Script of the motion that a policy of SAC has to beat, where a probe found one (`recipe.from_probe`); known once
+    that is done, as what follows. Where it won, it is `recipe.script`."""
+    motion_share: float = 0.0
+    """Share of development episodes that it wins."""
     probe_steps: int = 0
-    """Control steps of the probe whose motion a policy of SAC corrects (`recipe.script`) where it wins; they are not
-    among `steps`. Known when the training begins."""
+    """Control steps of that search, which are not among `steps`."""
     probe_s: float = 0.0
     """Its wall time, with which that of the training begins."""
+
+    def with_the_motion(self) -> TrainingConfig:
+        """Return the settings of a policy that plays the motion."""
+        return self.model_copy(update={"recipe": self.recipe.model_copy(update={"script": self.motion})})
 
 
 class TrainingResult(Artifact):
@@ -83,8 +91,8 @@ class TrainingFolder:
     |--------------------|--------------------------------------------------------------------------------|
     | config.json        | settings: task, recipe, seed, budget, groups, versions                         |
     | scene.xml          | the scene it was trained in                                                    |
-    | probe.json         | report of the probe, where the policy was to begin with its motion               |
-    | events.jsonl       | started, probed, resumed, tested, checkpoint, restored, finished, evaluated    |
+    | probe.json         | report of the probe, whose motion the policy has to beat or was to imitate       |
+    | events.jsonl       | started, probed, resumed, tested, checkpoint, restored, beaten, finished, evaluated |
     | curve.csv          | success, progress, return and speed over the steps                             |
     | checkpoint/        | the policy so far, during training                                             |
     | .in_use            | empty; locked by the process that trains, judges or films here                 |

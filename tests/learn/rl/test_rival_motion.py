@@ -1,4 +1,4 @@
-"""The protocol `best` begins with a motion that a short probe finds, where that wins nearly everywhere."""
+"""The protocol `best` is beaten by a motion that a short probe finds, where that wins more than what was learned."""
 
 import json
 from dataclasses import replace
@@ -8,14 +8,17 @@ import pytest
 
 pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
+from aidsr.learn.episodes.batch import Episodes
+from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.openloop.script import parse_script
-from aidsr.learn.rl import motion_to_correct, training
-from aidsr.learn.rl.motion_to_correct import LEAST_WON, find_motion
+from aidsr.learn.rl import rival_motion, training
 from aidsr.learn.rl.policy import TrainedPolicy
 from aidsr.learn.rl.recipe import PROTOCOLS, Recipe, recipe_of
+from aidsr.learn.rl.rival_motion import find_rival
 from aidsr.learn.rl.trained import FinishedTraining
 from aidsr.learn.rl.training import folder_for, train
 from aidsr.learn.rl.training_folder import FolderInUseError, TrainingConfig, TrainingFolder
+from aidsr.runs.trainings import Training
 from scenes import QuickPushing, small_learning
 
 SMALL = Recipe(
@@ -42,43 +45,81 @@ def events(folder) -> list[dict]:
     return [json.loads(line) for line in (folder / "events.jsonl").read_text().splitlines()]
 
 
+def won(folder) -> float:
+    trained = FinishedTraining.load(folder)
+    variations = [trained.scene.task.variation("held_out", index) for index in range(10)]
+    scene = trained.scene
+    episodes = Episodes(scene.model, scene.task, scene.actions, variations, threads=1)
+    return float(rollout(episodes, trained.policy).success.mean())
+
+
 def config_of(folder) -> TrainingConfig:
     return TrainingFolder(folder).read("config.json", TrainingConfig)
 
 
+class WonBy:
+    """Takes the place of a rollout, and lets a share of the episodes be won."""
+
+    def __init__(self, share: float) -> None:
+        self.share, self.play = share, rival_motion.rollout
+
+    def __call__(self, *about):
+        played = self.play(*about)
+        return replace(played, success=np.arange(played.success.size) < self.share * played.success.size)
+
+
 def test_a_motion_that_wins_in_variations_it_was_not_searched_in_is_found():
-    found = find_motion(small_learning(), seed=0, threads=1)
-    assert found.share is not None
-    assert found.share >= LEAST_WON
     scene = small_learning()
+    found = find_rival(scene, seed=0, threads=1)
+    assert found.share >= 0.95
     parse_script(found.script).played_by([group.name for group in scene.actions.groups], scene.actions.rest)
-    assert found.steps > found.report.simulated_s / QuickPushing.control_dt_s, "the other variations are paid for"
+    assert found.steps > found.report.simulated_s / QuickPushing.control_dt_s, "the other variations are counted"
 
 
-def test_a_motion_that_wins_too_seldom_elsewhere_is_not(monkeypatch):
-    course = motion_to_correct.rollout
+@pytest.mark.parametrize(("share", "is_found"), [(0.4, False), (0.5, True)])
+def test_a_motion_that_wins_less_than_half_of_the_others_is_none(monkeypatch, share, is_found):
+    monkeypatch.setattr(rival_motion, "rollout", WonBy(share))
+    found = find_rival(small_learning(), seed=0, threads=1)
+    assert (bool(found.script), found.share) == (is_found, share if is_found else 0.0)
 
-    def lost(*about):
-        return replace(played := course(*about), success=np.arange(played.success.size) < 5)
 
-    monkeypatch.setattr(motion_to_correct, "rollout", lost)
-    found = find_motion(small_learning(), seed=0, threads=1)
-    assert (found.share, found.script) == (5 / 8, "")
-    monkeypatch.setattr(motion_to_correct, "rollout", lambda *about: pytest.fail("nothing won in the search"))
-    found = find_motion(small_learning(NeverWon()), seed=0, threads=1)
-    assert (found.share, found.script) == (None, "")
+def test_where_nothing_wins_nothing_else_is_played(monkeypatch):
+    monkeypatch.setattr(rival_motion, "rollout", lambda *about: pytest.fail("nothing won in the search"))
+    found = find_rival(small_learning(NeverWon()), seed=0, threads=1)
+    assert (found.share, found.script) == (0.0, "")
     assert found.steps == round(found.report.simulated_s / QuickPushing.control_dt_s)
 
 
-def test_a_motion_that_suffices_is_the_policy(tmp_path):
+def test_a_motion_that_wins_nearly_always_is_the_policy(tmp_path):
     result = train(small_learning(), tmp_path, steps=STEPS, recipe=SMALL, threads=1)
-    probed = next(event for event in events(tmp_path) if event["kind"] == "probed")
     config = config_of(tmp_path)
-    assert config.recipe.script
-    assert (config.probe_steps, result.stopped, result.success_share) == (probed["steps"], "saturated", 1.0)
+    assert config.recipe.script == config.motion != ""
+    assert (result.stopped, result.success_share) == ("saturated", 1.0)
+    assert config.probe_steps == next(event["steps"] for event in events(tmp_path) if event["kind"] == "probed")
     assert result.steps < 20 * 25, "what it cost to test the motion; the search is not among the steps"
     assert result.wall_s >= config.probe_s > 0
     assert FinishedTraining.load(tmp_path).scene.actions.base, "evaluated as it was trained"
+
+
+def test_a_policy_that_wins_less_than_the_motion_makes_way_for_it(tmp_path, monkeypatch):
+    monkeypatch.setattr(rival_motion, "rollout", WonBy(0.9))
+    monkeypatch.setattr("aidsr.learn.rl.soft_actor_critic.SoftActorCritic.learn", lambda model, *_, **__: model)
+    result = train(small_learning(), tmp_path, steps=STEPS, recipe=SMALL, threads=1)
+    config = config_of(tmp_path)
+    beaten = next(event for event in events(tmp_path) if event["kind"] == "beaten")
+    assert (beaten["success_share"], beaten["motion_share"]) == (0.0, 0.9)
+    assert (config.recipe.script, result.stopped, result.success_share) == (config.motion, "budget", 1.0)
+    assert won(tmp_path) == 1.0
+    assert Training(tmp_path).beginning == "; the policy is a motion of the probe, which learning did not beat"
+
+
+def test_a_policy_that_wins_about_as_much_stays(tmp_path, monkeypatch):
+    monkeypatch.setattr(rival_motion, "rollout", WonBy(0.5))
+    result = train(small_learning(), tmp_path, steps=STEPS, recipe=SMALL, threads=1)
+    config = config_of(tmp_path)
+    assert config.motion
+    assert result.success_share > config.motion_share
+    assert (config.recipe.script, Training(tmp_path).beginning) == ("", "")
 
 
 def test_the_same_request_is_the_same_training_whatever_the_probe_found(tmp_path):
@@ -92,7 +133,7 @@ def test_the_same_request_is_the_same_training_whatever_the_probe_found(tmp_path
         train(scene, home / "001", steps=STEPS, recipe=SMALL.from_nothing(), threads=1)
 
 
-def test_a_training_without_such_a_motion_begins_with_nothing_and_goes_on_after_a_kill(tmp_path, monkeypatch):
+def test_a_training_without_such_a_motion_is_that_of_before_and_goes_on_after_a_kill(tmp_path, monkeypatch):
     def killed(self):
         raise KeyboardInterrupt
 
@@ -116,7 +157,7 @@ def test_a_search_that_was_killed_is_made_again(tmp_path, monkeypatch):
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(training, "find_motion", killed)
+        patch.setattr(training, "find_rival", killed)
         with pytest.raises(KeyboardInterrupt):
             train(small_learning(), tmp_path, steps=STEPS, recipe=SMALL, threads=1)
     assert config_of(tmp_path).recipe == SMALL
@@ -130,7 +171,7 @@ def test_a_budget_too_small_for_a_search_has_none(tmp_path):
     assert config_of(tmp_path).probe_steps == 0
 
 
-def test_who_names_a_script_or_nothing_asks_no_probe():
+def test_who_names_a_script_or_none_asks_no_probe():
     assert PROTOCOLS["best"].from_probe
     assert recipe_of("best").from_probe
     assert not recipe_of("best", script="both: 1").from_probe
