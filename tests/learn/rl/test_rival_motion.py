@@ -46,11 +46,10 @@ def events(folder) -> list[dict]:
 
 
 def won(folder) -> float:
-    trained = FinishedTraining.load(folder)
-    variations = [trained.scene.task.variation("held_out", index) for index in range(10)]
-    scene = trained.scene
+    policy, scene = FinishedTraining.load(folder).policy, config_of(folder).recipe.acting_in(small_learning())
+    variations = [scene.task.variation("held_out", index) for index in range(10)]
     episodes = Episodes(scene.model, scene.task, scene.actions, variations, threads=1)
-    return float(rollout(episodes, trained.policy).success.mean())
+    return float(rollout(episodes, policy).success.mean())
 
 
 def config_of(folder) -> TrainingConfig:
