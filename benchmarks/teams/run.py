@@ -99,6 +99,9 @@ class Row(Artifact):
     failed_checks: tuple[str, ...] = ()
     script: str = ""
     """With which training began: the designer's, who saw it win half of some variations or more; "" for nothing."""
+    motion: bool = False
+    """Whether the policy is a motion that a probe found and learning did not beat; False in rows of before there was a
+    search."""
     steps: int = 0
     most_steps: int = 0
     training_s: float = 0.0
@@ -139,8 +142,13 @@ def main() -> None:
         "--floors", action="store_true", help="measure what untrained policies win, and do nothing else"
     )
     parser.add_argument("--publish", action="store_true", help="copy the runs' recorded calls to transcripts/")
+    parser.add_argument(
+        "--again", nargs="+", default=[], metavar="ARM/TASK/DESIGN", help="train again what transcripts/ hold"
+    )
     given = parser.parse_args()
     asked = Asked(given.steps, given.perturbed)
+    for name in given.again:
+        train_again(name, asked)
     done = {(row.run, row.design) for row in read_rows(RESULTS)}
     if given.floors:
         measure_floors([folder for run in map(Run, given.runs) for folder in run.designs])
@@ -214,7 +222,11 @@ def row_of(run: Run, folder: DesignFolder, asked: Asked) -> Row:
         return row
     if run.asked().config.method in UNVALIDATED and not _stable(run, folder):
         return row.model_copy(update={"outcome": "not stable", "first_stable": False})
-    home = folder.path / "training" / f"best-{asked.steps}"
+    return trained(row, folder, folder.path / "training" / f"best-{asked.steps}", asked)
+
+
+def trained(row: Row, folder: DesignFolder, home: Path, asked: Asked) -> Row:
+    """Train a design in a folder, judge its policy, and return its row with what came of that."""
     found = find_scene(folder)
     recipe = recipe_of("best", script=found.script)
     training = train(found.for_learning("auto"), home, steps=asked.steps, recipe=recipe, threads=1)
@@ -237,12 +249,36 @@ def row_of(run: Run, folder: DesignFolder, asked: Asked) -> Row:
             "kept_perturbed": _kept(verdict) if successful else None,
             "failed_checks": tuple(check.name for check in verdict.checks if not check.passed),
             "script": found.script,
+            "motion": FinishedTraining.load(home).config.plays_the_motion,
+            "benchmark_version": BENCHMARK_VERSION,
             "steps": training.steps,
             "training_s": round(training.wall_s, 1),
             "commit": verdict.commit,
             "scene_sha256": verdict.scene_sha256,
         }
     )
+
+
+def train_again(name: str, asked: Asked) -> None:
+    """Train a design again from its transcript, and replace what the training of its row made.
+
+    Args:
+        name: Of the design, ARM/TASK/DESIGN.
+        asked: How.
+    """
+    arm, task, number = name.split("/")
+    run = Run(HOME / "transcripts" / arm / task)
+    rows = read_rows(RESULTS)
+    (old,) = (
+        row
+        for row in rows
+        if (row.arm, row.task.rpartition("/")[2], row.design) == (arm, task, int(number))
+        and is_current(row.task, row.benchmark_version)
+    )
+    new = trained(old, run.design(int(number)), Path("build/teams/again", name, f"best-{asked.steps}"), asked)
+    lines = [(new if row is old else row).model_dump_json() + "\n" for row in rows]
+    replace_file(RESULTS, "".join(lines).encode())
+    sys.stdout.write(line_of(new) + "\n")
 
 
 def _others(home: Path) -> EpisodeOutcomes:
@@ -286,9 +322,10 @@ def table(rows: Sequence[Row], floors: Sequence[Floor] = ()) -> str:
         "at least half of them won. Tokens are visible ones, by bytes / 3. "
         f"Intervals: Wilson, 95 %. *Floor*: the most that idling, the best of {CONSTANTS} constant actions or random "
         f"actions win in the scene of a successful design, of {FLOOR_EPISODES} held-out episodes (`--floors`). "
-        "*Perturbed, kept*: the share of success left in perturbed scenes (`--perturbed`). *Script*: the policy begins "
-        "with the motion by which its designer saw the robot win, and corrects it. *Version N*: of before "
-        "the task changed; a success of then does not count. Empty: not measured, or none.",
+        "*Perturbed, kept*: the share of success left in perturbed scenes (`--perturbed`). *Motion*: the policy "
+        "begins with the script by which its designer saw the robot win, and corrects it, or it is a motion of a probe "
+        "that learning did not beat; README.md says for which rows one was searched. *Version N*: of before the task "
+        "changed; a success of then does not count. Empty: not measured, or none.",
         "",
         "| arm | tasks | designs | first robot stable | approved | valid | successful | tokens a design | "
         "calls a design | tokens a successful design |",
@@ -299,7 +336,7 @@ def table(rows: Sequence[Row], floors: Sequence[Floor] = ()) -> str:
         f"{PAPER_TOKENS_A_SUCCESS:,.0f} tokens a successful design, on tasks that are not public.",
         "",
         "| task | arm | concept | outcome | valid | successful | episodes won | progress | perturbed, kept | "
-        "floor | script | iterations | calls | tokens | designing, wall s |",
+        "floor | motion | iterations | calls | tokens | designing, wall s |",
         "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|",
         *(
             line_of(row, floor_of.get(row.scene_sha256))
@@ -339,10 +376,15 @@ def line_of(row: Row, floor: Floor | None = None) -> str:
     words = [row.task + changed, row.arm, row.concept, row.outcome]
     words += [_yes(row.valid), _yes(row.successful), f"{row.success_share:.0%}", f"{row.progress:.2f}"]
     words += ["" if row.kept_perturbed is None else f"{row.kept_perturbed:.0%}"]
-    words += [f"{max(floor.wins.values()) / floor.episodes:.0%}" if floor else "", "yes" if row.script else ""]
+    words += [f"{max(floor.wins.values()) / floor.episodes:.0%}" if floor else "", _motion(row)]
     words += [str(row.iterations), str(row.calls)]
     words += [f"{row.tokens:,}", "" if row.latency_s is None else f"{row.latency_s:.0f}"]
     return "| " + " | ".join(words) + " |"
+
+
+def _motion(row: Row) -> str:
+    """Return from where the policy has its motion, if from anywhere."""
+    return "of the probe" if row.motion else "script" if row.script else ""
 
 
 def _yes(value: bool) -> str:

@@ -55,6 +55,13 @@ def test_a_design_that_was_not_approved_counts_as_a_failure_and_its_tokens_count
     assert arm["tokens a successful design"] == "40,000"
 
 
+@pytest.mark.parametrize(
+    ("facts", "told"), [({}, ""), ({"script": "both: 1"}, "script"), ({"motion": True}, "of the probe")]
+)
+def test_what_a_policy_began_with_is_told(facts: dict[str, object], told: str) -> None:
+    assert titled(table([row(1, **facts)]), "task")["motion"] == told
+
+
 def test_an_arm_without_a_success_has_no_tokens_a_success() -> None:
     assert titled(table([row(1)]), "arm")["tokens a successful design"] == "none succeeded"
 

@@ -63,6 +63,11 @@ class TrainingConfig(Artifact):
     probe_s: float = 0.0
     """Its wall time, with which that of the training begins."""
 
+    @property
+    def plays_the_motion(self) -> bool:
+        """Whether the policy is that motion."""
+        return bool(self.motion) and self.recipe.script == self.motion
+
     def with_the_motion(self) -> TrainingConfig:
         """Return the settings of a policy that plays the motion."""
         return self.model_copy(update={"recipe": self.recipe.model_copy(update={"script": self.motion})})
