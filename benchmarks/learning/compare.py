@@ -38,6 +38,7 @@ from aidsr.learn.rl.callbacks import CurvePoint
 from aidsr.learn.rl.policy import TrainedPolicy, one_torch_thread
 from aidsr.learn.rl.recipe import PROTOCOLS, Recipe
 from aidsr.learn.rl.training import DEVELOPMENT, train
+from aidsr.learn.rl.training_folder import TrainingConfig, TrainingFolder
 from aidsr.learn.rl.vector_env import BatchedVecEnv
 from aidsr.tasks import BENCHMARK_VERSION, Variation, is_current
 from aidsr.tasks.readings import FloatArray
@@ -145,7 +146,7 @@ def learn(asked: SuiteScene, way: Way, seed: int, steps: int) -> Row:
         if recipe is None:
             curve = _learn_with_defaults(scene, seed, steps)
         else:
-            watch = _Watch(scene, recipe, Path(home, "training"), steps)
+            watch = _Watch(scene, Path(home, "training"), steps)
             train(scene, watch.folder, steps=steps, seed=seed, recipe=recipe, threads=1, listen=watch.listen)
             curve = watch.finished()
     return Row(
@@ -193,9 +194,9 @@ class _Curve:
 class _Watch:
     """Evaluates the checkpoints of a training."""
 
-    def __init__(self, scene: TaskScene, recipe: Recipe, folder: Path, steps: int) -> None:
+    def __init__(self, scene: TaskScene, folder: Path, steps: int) -> None:
         self.folder, self._curve = folder, _Curve()
-        self._scene, self._recipe = recipe.acting_in(scene), recipe
+        self._scene = scene
         self._every, self._next, self._steps = steps // _EVALUATIONS, 0, 0
 
     def listen(self, point: CurvePoint) -> None:
@@ -216,8 +217,10 @@ class _Watch:
             kept = [folder for folder in (self.folder, self.folder / "checkpoint") if (folder / "policy.zip").exists()]
             if not kept:
                 return  # nothing is known yet
-            policy = TrainedPolicy.load(kept[0], self._recipe, self._scene.actions.size)
-        self._curve.add(self._steps, self._scene, policy, self._recipe.smoothing, stalled_s)
+            recipe = TrainingFolder(self.folder).read("config.json", TrainingConfig).recipe  # with a motion, if one won
+            acted_in = recipe.acting_in(self._scene)
+            policy = TrainedPolicy.load(kept[0], recipe, acted_in.actions.size)
+        self._curve.add(self._steps, acted_in, policy, recipe.smoothing, stalled_s)
 
 
 def _learn_with_defaults(scene: TaskScene, seed: int, steps: int) -> list[Point]:
