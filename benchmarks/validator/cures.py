@@ -115,6 +115,7 @@ WORDS: dict[str, tuple[tuple[str, str], ...]] = {
     "actuator_sign": (('gear="1"', 'gear="-1"'),),
     "zero_gear": (('gear="0"', 'gear="-1"'),),
     "limit_overrun": (('range="-6 6"', 'range="-6 6" solreflimit="0.004 1"'),),
+    "driven_overlap": (('solref="0.06 1"', 'solref="0.004 1"'),),
     "passive_collapse": ((' springref="25"', ""),),
     "tendon_limit_violated": ((' range="0 0.1"', ""),),
 }

@@ -306,6 +306,7 @@ SHOWN = (
     "contact_excluded",
     "contact_margin",
     "fully_actuated",
+    "driven_overlap",
 )
 """Codes whose example has that fault and no other."""
 
@@ -385,7 +386,7 @@ BAD = (
     Bad("thin_wall", lambda: thin_plate(0.0004), REALIZABLE, severity="warning"),
     Bad("actuator_overforce", lambda: arm(bend_rad=3), REALIZABLE),
     Bad("actuator_overforce", lambda: arm(bend_rad=3), severity="warning"),
-    Bad("actuator_power", strong_and_quick, REALIZABLE, beside=("cable_stroke",)),
+    Bad("actuator_power", strong_and_quick, REALIZABLE, beside=("cable_stroke",), warned=("driven_overlap",)),
     Bad("actuator_speed", quick, REALIZABLE),
     Bad("cable_stroke", _wide_and_strong, REALIZABLE),
     Bad("implausible_density", _of_lead_and_more, REALIZABLE),

@@ -9,7 +9,7 @@ from aidsr.validation import validate
 from aidsr.validation.page import trace_report
 from aidsr.validation.registry import builtin_rules, find_rule
 
-CROSSING = {"actuator_overforce", "actuator_power", "actuator_speed", "chatter", "limit_overrun"}
+CROSSING = {"actuator_overforce", "actuator_power", "actuator_speed", "chatter", "driven_overlap", "limit_overrun"}
 """What crosses its limit in its signal."""
 
 RELATIVE = {"m g L", "g", "times the median segment"}

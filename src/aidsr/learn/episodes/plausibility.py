@@ -10,6 +10,7 @@ import numpy as np
 from aidsr.core.artifacts import PlausibilityCheck
 from aidsr.learn.episodes.episode_stats import EpisodeStats
 from aidsr.learn.episodes.rollout import EpisodeOutcomes
+from aidsr.sim.deep_overlap import DEEP, deepest_overlap, half_thickness_m
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.sim.placement import mount_names
 from aidsr.sim.scope import find_out_of_scope
@@ -35,10 +36,6 @@ OUTLIERS = 0.05
 """Share of episodes, the worst ones, that the checks of energy, joints and overlap each ignore, won or lost. Our
 choice: a gripper that won 17 of 20 with a balance off by 0.2 % of the work had been called an exploit for 11 % in an
 episode it lost."""
-
-DEEP = 1.0
-"""Overlap that is deep, as a share of half the thinner body's thickness. Source: our choice: from there on the surface
-of one body lies beyond the middle of the other, and contact may push it out on the wrong side."""
 
 START_LENGTHS = 0.5
 """How far from its mount a robot may start: the centre of mass of a free one beside it, the nearest part of a held one
@@ -125,27 +122,17 @@ def penetration_check(
     depths = []
     for model, qpos in zip(models, stats.qpos, strict=True):
         data = mujoco.MjData(model)
-        thin_m = model.geom_aabb[:, 3:].min(axis=1)
-        half_m = np.where(model.geom_type == int(mujoco.mjtGeom.mjGEOM_PLANE), np.inf, thin_m)
-        depth = 0.0
+        half_m, depth = half_thickness_m(model), 0.0
         for row in qpos[np.linspace(0, len(qpos) - 1, frames).astype(int)]:
             data.qpos[:] = row
             mujoco.mj_kinematics(model, data)
             mujoco.mj_collision(model, data)
-            depth = max(depth, _deepest(data, half_m, ours))
+            overlap = deepest_overlap(data, half_m, ours)
+            depth = max(depth, overlap.share if overlap else 0.0)
         depths.append(depth)
     depth = _max_without_outliers(np.array(depths))
     message = f"deepest overlap of the robot with itself or with anything else, {_ASIDE}"
     return _at_most(DEEP, "no_deep_overlap", depth, message, "of half the thinner body")
-
-
-def _deepest(data: mujoco.MjData, half_m: FloatArray, ours: set[int]) -> float:
-    """Return the deepest overlap that concerns the robot, as a share of half the thinner geom's thickness."""
-    deepest = 0.0
-    for pair, distance in zip(data.contact.geom.tolist(), data.contact.dist.tolist(), strict=True):
-        if distance < 0.0 and min(pair) >= 0 and not ours.isdisjoint(pair):
-            deepest = max(deepest, -distance / min(half_m[pair[0]], half_m[pair[1]]))
-    return deepest
 
 
 def structure_check(structure: Structure) -> PlausibilityCheck:

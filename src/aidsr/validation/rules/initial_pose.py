@@ -84,7 +84,7 @@ INITIAL_PENETRATION = Rule(
     f"of the robot's length; overlap / the robot's length: at most {OVERLAP_LENGTH:g}",
     check=_find_overlaps,
     cure=_CURE_WITHIN,
-    explains=(*COLLAPSE, *SHAKING, *NO_MOTION),
+    explains=(*COLLAPSE, *SHAKING, "driven_overlap", *NO_MOTION),
     example=Example((('pos="0 0 -0.011"', 'pos="0 0 0"'),)),
 )
 

@@ -191,6 +191,7 @@ LIMIT_OVERRUN = Rule(
     check=_find_overrun_limits,
     unit="deg beyond its range",
     cure='Set solreflimit="0.004 1" on the joints, or reduce the tendon force.',
+    explains=("driven_overlap",),
     signal=_overrun_signal,
     example=Example(
         (
