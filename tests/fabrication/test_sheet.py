@@ -33,5 +33,5 @@ def test_the_sheet_tells_faults_of_motion_from_those_of_winches(layer: str, said
     build = build_robot(finger(), [], printer_named("fdm"), material="tpu95a")
     write_package(tmp_path, build, title="a finger", retest=retest)
     sheet = (tmp_path / "sheet.html").read_text()
-    assert f"Simulated again as built: {retest.motion}, reach 100 mm" in sheet
+    assert f"Simulated again as built: {retest.motion}, largest displacement 100 mm" in sheet
     assert retest.motion == said

@@ -13,7 +13,7 @@ MARK = "verdict.json"
 """File by which a folder is known to be an export, and may be replaced by the next."""
 
 REACH_TOLERANCE = 0.1
-"""Largest relative difference of reach. Source: what the project asks of a built robot."""
+"""Largest relative difference of the largest displacement. Source: what the project asks of a built robot."""
 
 BUILDING_LAYERS = ("scope", "realizability")
 """Layers whose faults say what cannot be built of cables, winches and printed limbs."""
@@ -40,6 +40,7 @@ class Retest(Artifact):
     reach_m: float
     """Largest displacement in any test, by one actuator or several."""
     designed_reach_m: float
+    """The same of the robot as designed."""
     faults: tuple[Fault, ...]
     designed_faults: tuple[Fault, ...] = ()
     success_share: float | None = None
@@ -63,7 +64,7 @@ class Retest(Artifact):
 
     @property
     def same_reach(self) -> bool:
-        """Whether reach is within tolerance."""
+        """Whether the largest displacement is within tolerance."""
         return abs(self.reach_m - self.designed_reach_m) <= REACH_TOLERANCE * self.designed_reach_m
 
 

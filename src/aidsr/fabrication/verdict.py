@@ -137,7 +137,7 @@ def _retest_reasons(retest: Retest) -> list[Fault]:
                 limit=retest.designed_reach_m
                 * (1 + math.copysign(REACH_TOLERANCE, retest.reach_m - retest.designed_reach_m)),
                 unit="m",
-                message=f"reaches another distance than the {retest.designed_reach_m:.3g} m designed",
+                message=f"moves another distance at most than the {retest.designed_reach_m:.3g} m designed",
                 cure="Design it with what is built: joints that bend until walls touch, and the masses under changes.",
             )
         )

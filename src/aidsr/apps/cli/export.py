@@ -62,7 +62,7 @@ def export(
 
 
 def _print_export(console: Console, exported: Exported) -> None:
-    """Print the verdict, its reasons, and where to look."""
+    """Print the verdict, its reasons, the changes, and where to look."""
     verdict, made = exported.verdict, exported.made
 
     def line(text: str, style: str = "") -> None:
@@ -72,6 +72,8 @@ def _print_export(console: Console, exported: Exported) -> None:
     for fault in verdict.reasons:
         names = ", ".join(fault.names[:3]) + (" …" if len(fault.names) > 3 else "")
         line(f"  {fault.severity} {fault.code}{' at ' * bool(names)}{names}: {format_fault(fault)}")
+    for change in verdict.changes:
+        line(f"  change of {change.what}: simulated {change.simulated}; built {change.built}")
     printed = sum(len(part.used_for) for part in made.parts)
     line(f"  {_count(printed, 'part')} of {_count(len(made.parts), 'kind')}, limbs of {made.material.label}")
     line(f"  moving mass {verdict.moving_built_g:g} g (simulated {verdict.moving_simulated_g:g} g)")
@@ -81,8 +83,9 @@ def _print_export(console: Console, exported: Exported) -> None:
     winches = f"{len(made.winches)} winch{'es' * (len(made.winches) != 1)}{named}" if made.winches else "no winches"
     line(f"  {winches}; about {verdict.cost_usd:.0f} USD{unknown}")
     if verdict.retest is not None:
-        reach = f"{1000 * verdict.retest.reach_m:.0f} mm (designed {1000 * verdict.retest.designed_reach_m:.0f} mm)"
-        line(f"  simulated as built: {verdict.retest.motion}, reach {reach}")
+        built_mm, designed_mm = 1000 * verdict.retest.reach_m, 1000 * verdict.retest.designed_reach_m
+        moved = f"largest displacement {built_mm:.0f} mm (designed {designed_mm:.0f} mm)"
+        line(f"  simulated as built: {verdict.retest.motion}, {moved}")
         if verdict.retest.success_share is not None:
             line(
                 f"  trained policy with the robot as built: {verdict.retest.success_share:.0%} of its episodes succeed"

@@ -155,8 +155,8 @@ def _retest(retest: Retest) -> None:
         text("Simulated as it will be built", tag="h2")
         with box("facts small"):
             fact("motion", retest.motion)
-            fact("reach, built", f"{1000 * retest.reach_m:.0f} mm")
-            fact("reach, designed", f"{1000 * retest.designed_reach_m:.0f} mm")
+            fact("largest displacement, built", f"{1000 * retest.reach_m:.0f} mm")
+            fact("largest displacement, designed", f"{1000 * retest.designed_reach_m:.0f} mm")
             if retest.success_share is not None:
                 fact("trained policy succeeds", f"{retest.success_share:.0%}")
             if retest.designed_success_share is not None:
