@@ -120,3 +120,19 @@ def test_mistakes_are_one_sentence_and_exit_2(words, sentence, tmp_path, monkeyp
     told = capsys.readouterr()
     assert sentence in told.err
     assert told.err.count("\n") == 1
+
+
+@pytest.mark.parametrize("command", ["probe", "train"])
+def test_an_environment_without_a_robot_is_a_mistake_in_the_command(command, tmp_path, capsys):
+    if command == "train":
+        pytest.importorskip("stable_baselines3")
+    scene, goal = tmp_path / "lever.xml", tmp_path / "goal.toml"
+    scene.write_text(
+        '<mujoco><worldbody><site name="mount"/><body name="lever" pos="0.1 0 0"><joint name="hinge" axis="0 1 0"/>'
+        '<geom size="0.01"/></body></worldbody></mujoco>'
+    )
+    goal.write_text('kind = "turn"\njoint = "hinge"\nby_deg = 20\n')
+    assert run_main(command, scene, "--goal", goal) == 2
+    told = capsys.readouterr().err
+    assert "the scene holds no robot" in told
+    assert "functional_part" not in told

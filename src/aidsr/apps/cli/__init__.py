@@ -33,7 +33,7 @@ from aidsr.apps.cli import (
     view,
     web,
 )
-from aidsr.core.errors import AidsrError, UserError
+from aidsr.core.errors import AidsrError, MjcfError, UserError
 from aidsr.core.storage_errors import storage_problem
 
 if TYPE_CHECKING:
@@ -96,13 +96,13 @@ app.command(memory.memory)
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run a command line and exit: 0 for success, 2 for a user error, else the command's exit code."""
+    """Run a command line and exit: 2 for a mistake in the command or in a file given, else the command's exit code."""
     # A scheduler or the web app ends a command with SIGTERM; handled as Control-C, so that finished work is kept.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         code = app(arguments)
         sys.stdout.flush()
-    except UserError as error:
+    except (UserError, MjcfError) as error:
         _print_error(error)
         code = 2
     except AidsrError as error:

@@ -19,6 +19,7 @@ from aidsr.learn.episodes.actions import ActionMap, Grouping, GroupsFrom, OpenLo
 from aidsr.mjcf.compile import compile_mjcf
 from aidsr.mjcf.read import open_mjcf, parse_document
 from aidsr.sim.assembly import add_sensors
+from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.same_environment import find_environment_change
 from aidsr.sim.task_sensors import check_task_sensors
 from aidsr.tasks import Level, Task, load_task
@@ -121,7 +122,7 @@ def _with_sensors(mjcf: str, task: Task) -> str:
     """Return the MJCF of a scene, with those sensors of a task that it does not have yet.
 
     Raises:
-        UserError: The scene is not one of this task at this level.
+        UserError: The scene is not one of this task at this level, or holds no robot.
         MjcfError: The scene cannot be loaded.
     """
     try:
@@ -134,6 +135,11 @@ def _with_sensors(mjcf: str, task: Task) -> str:
         raise UserError(
             f"not a scene of {task.name}: {', '.join(missing)} missing. Use the final.xml of a design for this task, "
             "or assemble the robot into the task's environment"
+        )
+    if not any(name.startswith(ROBOT_PREFIX) for name in names if name):
+        raise UserError(
+            f'the scene holds no robot: no name in it begins with "{ROBOT_PREFIX}". Give the final.xml of a design, or '
+            "design a robot for this environment with aidsr design --environment"
         )
     _check_edits(root, task)
     sensors = {
