@@ -312,12 +312,13 @@ def table(rows: Sequence[Row], floors: Sequence[Floor] = ()) -> str:
     rows = [row.model_copy(update={"successful": row.successful and _is_current(row)}) for row in rows]
     floor_of = {floor.scene_sha256: floor for floor in floors}
     steps = sorted({row.most_steps for row in rows})
+    versions = " or ".join(str(each) for each in sorted({row.benchmark_version for row in rows}))
     lines = [
         "# Teams compared, played by a language model",
         "",
         f"Made by `python -m benchmarks.teams.run build/teams/*/*`; see README.md for who answered and what was seen. "
         f"Trained by protocol `best` for at most {' or '.join(f'{each:,}' for each in steps)} control steps (the "
-        f"benchmark's budget is 300,000), one seed, judged by version {BENCHMARK_VERSION} of the benchmark on 100 "
+        f"benchmark's budget is 300,000), one seed, judged by version {versions} of the benchmark on 100 "
         f"held-out episodes, or {FIRST_EPISODES} where fewer than {FEWEST_WON} are won. *Successful*: valid, and "
         "at least half of them won. Tokens are visible ones, by bytes / 3. "
         f"Intervals: Wilson, 95 %. *Floor*: the most that idling, the best of {CONSTANTS} constant actions or random "
