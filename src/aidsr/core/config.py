@@ -200,7 +200,8 @@ class RunConfig(Artifact):
             ge=1,
             le=10,
             title="Times a design may go back for that",
-            description="How often a design may be sent back by --task-feedback, each time with all its iterations.",
+            description="How often a design may be sent back by the trial on its task, each time with all its "
+            "iterations.",
         ),
     ] = 2
     """Our choice."""
@@ -209,9 +210,8 @@ class RunConfig(Artifact):
         Field(
             ge=0,
             title="Control steps of training in that trial; 0 trains none",
-            description="Control steps of a policy that is trained where no motion of that trial succeeds, and passes "
-            "the scene if it wins at all; 0 trains none. Requires "
-            '--task-feedback and the extra "rl".',
+            description="Control steps of a policy that is trained where no motion of the trial on its task succeeds, "
+            'and passes the scene if it wins at all; 0 trains none. Requires that trial and the extra "rl".',
         ),
     ] = 0
     budget: Annotated[Budget, Field(description="Limits of what a language model may use.")] = Budget()

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -90,6 +91,15 @@ def test_help_says_what_the_command_does_and_how_to_type_it(command, capsys) -> 
     assert f"aidsr {command}" in said.split("Usage")[1].split("\n", 1)[1], "an example"
     app(["--help"])
     assert command in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", ["design", "evolve", "benchmark"])
+def test_help_names_only_options_that_the_command_has(command, capsys) -> None:
+    app([command, "--help"])
+    said = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    options = {name for one in app[command].assemble_argument_collection() for name in one.names}
+    of_this_command = re.sub(r"aidsr (?!" + command + r")[a-z]+ --[a-z-]+", "", said)
+    assert set(re.findall(r"--[a-z][a-z-]+", of_this_command)) - options == set()
 
 
 def test_view_finds_the_model_of_a_design(tmp_path) -> None:

@@ -61,11 +61,11 @@ def evolve(
     generations
         Generations, at most.
     train
-        Designs of each generation that get a short training, of those that do the job without one.
+        Designs of each generation that get a short training, of those whose trial reaches the decisive stage.
     steps
         Control steps of such a training.
     out
-        Folder of the evolution: its runs, its archive (a memory for --memory) and report.md.
+        Folder of the evolution: its runs, its archive (for `aidsr design --memory`) and report.md.
     """
     from aidsr.apps.cli.mailbox import Mailbox
     from aidsr.apps.cli.progress import Lines
