@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 import subprocess
 import sys
 import tomllib
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
-from aidsr.core.extras import EXTRAS, missing_extra, require_extra
+from aidsr.core.extras import EXTRAS, installing, missing_extra, require_extra
 
 ROOT = Path(__file__).parents[1]
 STUDY = ("benchmark", "study", "--tasks", "gap", "--designs", "3", "--dry-run")
@@ -50,7 +51,7 @@ def test_every_command_says_which_extra_it_lacks_and_begins_nothing(tmp_path: Pa
     assert len(answers) == len(ASKED)
     for (extra, asked), (code, said) in zip(ASKED, answers, strict=True):
         module = EXTRAS[extra][0]
-        sentence = f'needs the extra "{extra}", and module {module} is not installed: pip install "aidsr[{extra}]"'
+        sentence = f'needs the extra "{extra}", and module {module} is not installed: {installing(extra)}'
         assert code == 2, (asked, said)
         assert sentence in said, (asked, said)
     assert list(tmp_path.iterdir()) == []
@@ -67,7 +68,17 @@ def test_one_missing_module_of_several_is_named() -> None:
         'print(missing_extra("rl", "training"))'
     )
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert said == 'training needs the extra "rl", and module torch is not installed: pip install "aidsr[rl]"\n'
+    assert said == f'training needs the extra "rl", and module torch is not installed: {installing("rl")}\n'
+
+
+def test_an_extra_is_installed_into_this_python_from_where_aidsr_came(tmp_path: Path) -> None:
+    command = shlex.split(installing("rl"))
+    assert command[:4] == [sys.executable, "-m", "pip", "install"]
+    assert command[4:] == ["-c", str(ROOT / "constraints.txt"), "-e", f"{ROOT}[rl]"]
+    elsewhere = installing("rl", tmp_path)
+    assert "from where you got it" in elsewhere
+    assert f'"{sys.executable}" -m pip' in elsewhere
+    assert "aidsr[" not in elsewhere, "the name is on no index"
 
 
 def test_extras_are_those_of_the_installation() -> None:

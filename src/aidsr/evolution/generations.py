@@ -46,7 +46,7 @@ class Plan(Artifact):
     config: RunConfig = RunConfig()
     """Of each generation; its seed grows by 1 with each, and its budget is that of all together."""
     train: Annotated[int, Field(ge=0)] = 0
-    """Designs of a generation that get a short training: the farthest of those whose trial reached the decisive stage."""
+    """Designs of a generation that get a short training: the best of those whose trial reached the decisive stage."""
     steps: Annotated[int, Field(ge=1)] = 60_000
     """Control steps of such a training."""
 

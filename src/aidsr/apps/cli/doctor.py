@@ -74,10 +74,10 @@ def _versions() -> tuple[Check, ...]:
 
 
 def _extras() -> Check:
-    from aidsr.core.extras import EXTRAS, missing_extra
+    from aidsr.core.extras import EXTRAS, installing, missing_extra
 
     present = [extra for extra in EXTRAS if not missing_extra(extra, "")]
-    text = ", ".join(present) if present else 'none; pip install "aidsr[rl]" adds one'
+    text = ", ".join(present) if present else f"none; for training: {installing('rl')}"
     return Check("extras", "ok" if present else "absent", text)
 
 
