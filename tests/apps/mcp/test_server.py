@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+import subprocess
 import sys
 from collections.abc import Awaitable, Callable
 from pathlib import Path
@@ -31,7 +32,10 @@ def session(folder: Path, talk: Callable[[Client], Awaitable[Any]]) -> Any:
         args=["-c", "from aidsr.apps.cli import main; main()", "mcp", "--folder", str(folder)],
         env=dict(os.environ),
     )
+    return talked(command, talk)
 
+
+def talked(command: StdioServerParameters, talk: Callable[[Client], Awaitable[Any]]) -> Any:
     async def whole() -> Any:
         async with Client(command) as client:
             return await talk(client)
@@ -110,3 +114,15 @@ def test_mistakes_are_sentences_and_the_server_goes_on(tmp_path: Path) -> None:
     assert not hostile.is_error
     assert text(hostile).startswith("robot_2: not stable, its physics does not hold\n")
     assert {path.name for path in tmp_path.iterdir()} == {"robot_1", "robot_2"}
+
+
+def test_the_entry_it_prints_starts_the_server_from_any_directory_without_an_environment(tmp_path: Path) -> None:
+    words = [sys.executable, "-m", "aidsr", "mcp", "--folder", "scenes", "--config"]
+    printed = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+    entry = json.loads(printed)["mcpServers"]["aidsr"]
+    assert str(tmp_path / "scenes") in entry["args"]
+    assert str(tmp_path / "runs") in entry["args"]
+    command = StdioServerParameters(**entry, cwd="/", env={"PATH": "/usr/bin:/bin"})
+    called = talked(command, lambda agent: agent.call_tool("list_tasks", {}))
+    assert "button_pushing" in called.content[0].text
+    assert list(tmp_path.iterdir()) in ([], [tmp_path / "scenes"])
