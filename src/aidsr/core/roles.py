@@ -38,7 +38,7 @@ class BodyTried:
 
     name: str
     number: int
-    """Which of those tried, from 1 on; a body is tried again where it came far."""
+    """Which of those tried, from 1 on; a body keeps it where it is tried again."""
     most: int
     """How many are tried at most."""
     progress: float | None
@@ -48,6 +48,8 @@ class BodyTried:
     """How long that took."""
     refused: bool = False
     """Whether the Judge refused it before; it is tried again only where a resumed run ranks all bodies anew."""
+    motions: int = 0
+    """With how many motions it is tried again because it came far; 0 the first time."""
 
 
 @runtime_checkable

@@ -74,4 +74,5 @@ def tried_text(body: Tried | BodyTried) -> str:
     came = "could not be played" if body.progress is None else f"progress {body.progress:.2f}"
     won = ", a motion wins" if body.succeeded else ""
     before = ", refused by the Judge before, ranked again" if body.refused else ""
-    return f"body {body.number} of at most {body.most}: {body.name}: {came}{won}{before} ({body.seconds:.1f} s)"
+    which = f"again, {body.motions} motions" if body.motions else f"of at most {body.most}"
+    return f"body {body.number} {which}: {body.name}: {came}{won}{before} ({body.seconds:.1f} s)"

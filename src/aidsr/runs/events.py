@@ -84,7 +84,7 @@ class Tried(_Event):
     kind: Literal["tried"] = "tried"
     name: str
     number: int
-    """Which of those tried, from 1 on."""
+    """Which of those tried, from 1 on; a body keeps it where it is tried again."""
     most: int
     """How many are tried at most."""
     progress: float | None
@@ -94,6 +94,8 @@ class Tried(_Event):
     """How long that took."""
     refused: bool = False
     """Whether the Judge refused it before; it is tried again only where a resumed run ranks all bodies anew."""
+    motions: int = 0
+    """With how many motions it is tried again because it came far; 0 the first time, and in events of before."""
 
 
 class Repaired(_Event):

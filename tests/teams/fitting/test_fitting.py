@@ -382,6 +382,18 @@ def test_a_resumed_run_says_which_of_the_bodies_it_ranks_again_was_refused(monke
     assert without_rank(second) != without_rank(first)
 
 
+def test_a_body_that_is_tried_again_keeps_its_number(monkeypatch):
+    hopeless(monkeypatch, 3)
+    brief, goal = job_of("bell")
+    told = []
+    rounds = (trial.Round(3, 16, 1), trial.Round(2, 64, 1))
+    FittingDesigner(goal, 0).telling(told.append).tried(brief, rounds, enough=2)
+    assert [(body.number, body.motions) for body in told] == [(1, 0), (2, 0), (3, 0), (1, 64), (2, 64)]
+    assert [body.name for body in told[3:]] == [body.name for body in told[:2]]
+    assert tried_text(told[2]).startswith(f"body 3 of at most 3: {told[2].name}: ")
+    assert tried_text(told[4]).startswith(f"body 2 again, 64 motions: {told[1].name}: ")
+
+
 def test_each_body_tried_is_told_and_logged(tmp_path, monkeypatch):
     hopeless(monkeypatch, 3)
     judged = itertools.count(1)

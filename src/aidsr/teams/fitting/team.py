@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import threading
 import time
 import zlib
@@ -65,6 +64,8 @@ class Fitted:
 
     concept: Concept
     fit: Fit
+    number: int = 0
+    """Which of those tried, from 1 on; 0 where bodies are not counted."""
 
 
 def fitting_team(goal: AnyGoal, seed: int) -> Team:
@@ -164,21 +165,22 @@ class FittingDesigner:
             refused: A body that the Judge refused before, to be told of as such.
         """
         task = task_of(self.goal, brief)
-        first, *others = rounds = rounds or ROUNDS
+        first, *others = rounds or ROUNDS
         found: list[Fitted] = []
-        numbers, most = itertools.count(1), sum(each.bodies for each in rounds)
 
-        def play(concept: Concept, how: Round) -> Fitted | None:
+        def play(concept: Concept, how: Round, number: int) -> Fitted | None:
             began = time.monotonic()
             result = self._play(brief, task, concept, how)
             progress, won = (result.fit.progress, result.fit.success) if result else (None, False)
             took_s = time.monotonic() - began
-            again = refused is not None and _is_same_body(concept, refused)
-            self.listen(BodyTried(concept.name, next(numbers), most, progress, won, round(took_s, 2), refused=again))
-            return result
+            before = refused is not None and _is_same_body(concept, refused)
+            motions = 0 if how is first else how.candidates
+            body = BodyTried(concept.name, number, first.bodies, progress, won, round(took_s, 2), before, motions)
+            self.listen(body)
+            return replace(result, number=number) if result else None
 
-        for concept in islice(self._free(brief, task), first.bodies):
-            result = play(concept, first)
+        for number, concept in enumerate(islice(self._free(brief, task), first.bodies), start=1):
+            result = play(concept, first, number)
             found += [result] if result else []
             if sum(each.fit.success for each in found) >= enough:
                 return found
@@ -188,7 +190,7 @@ class FittingDesigner:
                 if sum(other.fit.success for other in found) >= enough:
                     return found
                 if not each.fit.success:
-                    found[index] = play(each.concept, again) or each
+                    found[index] = play(each.concept, again, each.number) or each
         return found
 
     def _free(self, brief: Brief, task: GoalTask) -> Iterator[Concept]:
