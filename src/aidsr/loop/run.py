@@ -19,7 +19,7 @@ from aidsr.loop.human import DecisionFile, PresetFeedback, approve
 from aidsr.loop.parts import Parts, Person
 from aidsr.loop.runner import Listen, run_designs
 from aidsr.loop.task_trial import check_trial, measure_again, trial_of
-from aidsr.loop.teams import check_model, model_name, require_object, team_of
+from aidsr.loop.teams import check_effects, check_model, model_name, require_object, team_of
 from aidsr.memory import Memory
 from aidsr.runs import EventLog, Run, RunRecord, new_run, read_status
 from aidsr.runs.files import replace_file
@@ -78,6 +78,7 @@ def design(
         config = config.updated({"model": model if isinstance(model, str) else model_name(model)})
     config = config.updated({"model": absolute_name(config.model)})
     client = None if model is None or isinstance(model, str) else model
+    check_effects(config, client)
     brief = make_brief(objective, task=task, level=level, environment=environment, robot=robot, goal=goal)
     run = create_run(brief, config, level=level if task else "", runs=runs, goal=goal, model=client)
     return run_designs(run, parts_of(run, client), listen)
@@ -247,6 +248,17 @@ def create_run(
     return new_run(Path(runs), record, brief, Path(goal).read_bytes() if goal else b"")
 
 
+def check_memory(config: RunConfig) -> None:
+    """Refuse a memory that is not there.
+
+    Raises:
+        UserError: There is none.
+    """
+    if config.memory and not Path(config.memory).is_file():
+        path = config.memory
+        raise UserError(f"the memory {path} does not exist; make it with aidsr memory add {path} RUN")
+
+
 def _lessons(config: RunConfig, brief: Brief) -> tuple[str, ...]:
     """Return what the run's memory tells its designer; a replay is told what the recorded run was.
 
@@ -258,8 +270,7 @@ def _lessons(config: RunConfig, brief: Brief) -> tuple[str, ...]:
     if not config.memory:
         return ()
     path = Path(config.memory)
-    if not path.is_file():
-        raise UserError(f"the memory {path} does not exist; make it with aidsr memory add {path} RUN")
+    check_memory(config)
     return Memory(path).tell(brief.objective, brief.base, without=(brief.task,) if config.memory_without_task else ())
 
 

@@ -51,6 +51,28 @@ def check_model(config: RunConfig, budget: Budget, model: Model | None = None) -
     check_prices(budget, config.model, _unknown_price if model else price_of(config.model))
 
 
+def check_effects(config: RunConfig, model: Model | None = None) -> None:
+    """Refuse settings that would have no effect, where somebody asks for a run.
+
+    Evolutions and studies set some for all of their runs, whoever designs.
+
+    Args:
+        config: Settings of the run.
+        model: The object that designs, where `config.model` is only its name.
+
+    Raises:
+        UserError: One would have none.
+    """
+    changed = {name for name, field in RunConfig.model_fields.items() if getattr(config, name) != field.default}
+    for name in ("tool_calls", "tool_minutes", "text_tools"):
+        if name in changed and config.team != "measuring":
+            raise UserError(f"{name} is for the measuring team; choose that team, or leave {name} out")
+    if "task_rounds" in changed and not config.task_feedback:
+        raise UserError("task_rounds requires task_feedback; switch that on, or leave task_rounds out")
+    if config.memory and model is None and is_offline(config.model):
+        raise UserError("the built-in rules read no memory; name a language model, or leave the memory out")
+
+
 def model_name(model: Model) -> str:
     """Return the name of an object that is to play the roles.
 

@@ -52,6 +52,14 @@ def test_an_objective_without_quotes_is_pointed_out(capsys) -> None:
             ["design", "--task", "button_pushing", "--task-training", "9", "--dry-run"],
             "task_training requires task_feedback",
         ),
+        (["design", "--task", "button_pushing", "--memory", "lessons.jsonl"], "the built-in rules read no memory"),
+        (
+            ["design", "--task", "button_pushing", "--memory", "nowhere.jsonl", "--model", "manual:desk", "--dry-run"],
+            "the memory nowhere.jsonl does not exist",
+        ),
+        (["design", "--task", "button_pushing", "--text-tools"], "text_tools is for the measuring team"),
+        (["evolve", "--task", "button_pushing", "--tool-calls", "9"], "tool_calls is for the measuring team"),
+        (["design", "--task", "button_pushing", "--task-rounds", "3"], "task_rounds requires task_feedback"),
         (["show"], "no run given; name the folder of one"),
         (["show", "."], ". is not a run folder: run.json not found; give the folder of a run, as runs/…"),
         (["view", PLACE, "--picture", "ball.gif"], "name a file that ends in .png"),
@@ -71,9 +79,12 @@ def test_mistakes_are_one_sentence_and_exit_2(words, sentence, tmp_path, monkeyp
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("words", [["nonsense"], ["design", "--concepts", "0"], ["design", "--level", "easy"]])
+@pytest.mark.parametrize(
+    "words",
+    [["nonsense"], ["design", "--concepts", "0"], ["design", "--concepts", "2.6"], ["design", "--level", "easy"]],
+)
 def test_what_cannot_be_parsed_exits_2(words, capsys) -> None:
-    assert run_main(*words) == 2
+    assert run_main(*words, *["--dry-run"] * (words[0] == "design")) == 2
 
 
 def test_a_key_that_is_missing_is_named_before_a_folder_is_made(tmp_path, monkeypatch, capsys) -> None:

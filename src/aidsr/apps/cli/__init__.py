@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
-from cyclopts import App, CycloptsError, CycloptsPanel, UnusedCliTokensError
+from cyclopts import App, ArgumentCollection, CoercionError, CycloptsError, CycloptsPanel, UnusedCliTokensError
 
 from aidsr import __version__
 from aidsr.apps.cli import (
@@ -50,6 +50,19 @@ def _format_error(error: CycloptsError) -> Panel:
     return CycloptsPanel(printable(str(error)))
 
 
+def _refuse_fractions(_app: App, _commands: tuple[str, ...], arguments: ArgumentCollection) -> None:
+    """Refuse a fraction where a whole number is asked for: it would be rounded without a word.
+
+    Raises:
+        CoercionError: There is one.
+    """
+    for argument in arguments:
+        if int in (argument.hint, *get_args(argument.hint)):
+            for token in argument.tokens:
+                if "." in token.value:
+                    raise CoercionError(argument=argument, token=token, target_type=int)
+
+
 app = App(
     name="aidsr",
     version=__version__,
@@ -63,6 +76,7 @@ app = App(
     version_flags=["--version"],
     result_action="return_value",
     error_formatter=_format_error,
+    config=_refuse_fractions,
 )
 
 for command in (

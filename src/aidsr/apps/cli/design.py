@@ -74,9 +74,9 @@ def design(
     from aidsr.apps.cli.progress import follow_run
     from aidsr.apps.cli.training import train_designs
     from aidsr.core.extras import require_extra
-    from aidsr.loop.run import create_run, make_brief, parts_of
+    from aidsr.loop.run import check_memory, create_run, make_brief, parts_of
     from aidsr.loop.task_trial import check_trial
-    from aidsr.loop.teams import check_model
+    from aidsr.loop.teams import check_effects, check_model
     from aidsr.teams.providers import absolute_name
 
     _check_measure(task, level, goal, train=train)
@@ -84,11 +84,13 @@ def design(
         require_extra("rl", "training")
     config = (settings or Settings()).value(budget=(limits or Limits()).value())
     config = config.updated({"model": absolute_name(config.model)})
+    check_effects(config)
     brief = make_brief(
         objective or "", task=task or "", level=level, environment=environment or "", robot=robot or "", goal=goal or ""
     )
     if dry_run:
         check_model(config, config.budget)
+        check_memory(config)
         check_trial(config, measured=bool(brief.task or goal))
     if config.model != BUILTIN or dry_run:
         print_estimate(config, runs)

@@ -73,12 +73,14 @@ def evolve(
     from aidsr.core.errors import UserError
     from aidsr.evolution import Plan, begin
     from aidsr.evolution import evolve as work_on
+    from aidsr.loop.teams import check_effects
     from aidsr.teams.providers import absolute_name
 
     if not task and not goal:
         raise UserError("an evolution requires a measure of success; name a task, or give a goal file with --goal")
     config = (settings or Settings()).value(budget=(limits or Limits()).value())
     config = config.updated({"model": absolute_name(config.model), "task_feedback": True})
+    check_effects(config)
     plan = Plan(
         objective=objective or "",
         task=task or "",

@@ -10,6 +10,7 @@ from typing import Literal
 from aidsr.apps.web.site import Site
 from aidsr.core.config import RunConfig
 from aidsr.loop.run import create_run, make_brief
+from aidsr.loop.teams import check_effects
 from aidsr.runs import Run
 
 
@@ -39,6 +40,7 @@ def launch(site: Site, request: RunRequest) -> Run:
     Raises:
         UserError: Something asked for does not exist or does not fit together.
     """
+    check_effects(request.config)
     with TemporaryDirectory() as folder:
         file = Path(folder) / "goal.toml"
         file.write_text(request.goal, encoding="utf-8")
