@@ -21,7 +21,9 @@ from aidsr.examples import examples
 from aidsr.runs import Run
 from aidsr.tasks import load_task, task_names
 
-SETTINGS = {name: field for name, field in run_settings().items() if name not in ("model", "budget")}
+_NOT_HERE = ("model", "budget", "team", "tool_calls", "tool_minutes", "text_tools", "memory")
+"""Those with fields of their own; and the measuring team, its settings and a memory, which the page does not offer."""
+SETTINGS = {name: field for name, field in run_settings().items() if name not in _NOT_HERE}
 """Fields of the form that come from `RunConfig`."""
 _AT_FIRST_SIGHT = ("concepts", "iterations", "human", "task_feedback")
 """The others are behind "More"."""
