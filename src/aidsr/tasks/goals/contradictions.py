@@ -23,9 +23,9 @@ def refuse_contradictions(goal: Goal, around: Surroundings) -> None:
         around: The environment.
 
     Raises:
-        UserError: A touch needs more force than a limit on the same body, or another stage, allows; a point to reach, with all that is
-            near enough to it in any variation, lies in a region that the functional part keeps out of; or all mounts of
-            a robot that is held lie in a region that it keeps out of.
+        UserError: A touch needs more force than a limit on the same body, or another stage, allows; a point to reach,
+            with all that is near enough to it in any variation, lies in a region that the functional part keeps out of;
+            or all mounts of a robot that is held lie in a region that it keeps out of.
     """
     *others, last = goal.stages if isinstance(goal, Stages) else (goal,)
     # what need not be held for long may be had while a limit is passed for no longer than is tolerated

@@ -221,7 +221,7 @@ class Goal(Artifact):
         return ""
 
     def losses(self, seen: Seen, state: TaskState) -> dict[str, BoolArray]:
-        """Return where the episode is lost for good, (n,) each, by the sentence of the rule: those of `failure_text`."""
+        """Return where the episode is lost for good, (n,) each, by sentences that make up `failure_text`."""
         del seen, state
         return {}
 
