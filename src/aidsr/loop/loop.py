@@ -109,7 +109,8 @@ class DesignLoop:
         best = max(measured, key=lambda one: _judged_progress(one) or 0.0).folder
         if ended.outcome != "invalid" or best.number == ended.iteration:
             return ended
-        critique, concept = best.critique.read(), newest(it.concept.read() for it in self.design.leading_to(best.number))
+        critique = best.critique.read()
+        concept = newest(it.concept.read() for it in self.design.leading_to(best.number))
         assert critique is not None, "only what was judged is measured"
         assert concept is not None, "a design begins with its concept"
         scene = best.scene.xml.path.relative_to(self.design.path.parent.parent).as_posix()
