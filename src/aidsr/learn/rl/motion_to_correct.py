@@ -41,7 +41,7 @@ class FoundMotion:
 
 
 def find_motion(scene: TaskScene, *, seed: int, threads: int) -> FoundMotion:
-    """Search a motion that wins, with the budget of `aidsr probe`, and play it in variations that the search did not see.
+    """Search a motion that wins, with the budget of `aidsr probe`, and play it where the search did not look.
 
     Args:
         scene: To search in; its actions are not held.

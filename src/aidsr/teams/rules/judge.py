@@ -69,7 +69,7 @@ def _structure(root: Element) -> Iterator[CritiqueIssue]:
 def _is_own(sensor: Element) -> bool:
     """Whether a sensor is the robot's; one without a name is, where it measures something of the robot."""
     name = sensor.get("name")
-    return any(value.startswith(ROBOT_PREFIX) for value in ([name] if name else sensor.attrib.values()))
+    return any(str(value).startswith(ROBOT_PREFIX) for value in ([name] if name else sensor.attrib.values()))
 
 
 def _groups(concept: Concept, robot: Robot, root: Element) -> Iterator[CritiqueIssue]:
