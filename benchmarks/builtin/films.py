@@ -32,7 +32,8 @@ _HEAD = """# What good policies do
 Moments of a design's best held-out episode, the first on the left and the last on the right: robots of the built-in
 team. The camera goes along with a robot that travels; the time and the way from its start stand in the picture. Made by
 `python benchmarks/builtin/films.py STUDY …`, each from the design that won most episodes in the study at hand, so the
-tables in `benchmarks/builtin` may know of better ones; the films themselves (`best.mp4`) are in the studies' folders.
+tables in `benchmarks/builtin` may know of better ones. Each says of which version of the benchmark it is: one of an
+older version was judged by the rules of then. The films themselves (`best.mp4`) are in the studies' folders.
 """
 
 

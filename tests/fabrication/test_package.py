@@ -11,6 +11,8 @@ import pytest
 from exported import made, mjcf, report
 from fingers import finger
 
+from aidsr.apps.cli.export import _print_export
+from aidsr.apps.cli.terminal import make_console
 from aidsr.core.artifacts import Outcome, Placement, ValidationReport
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
@@ -19,9 +21,9 @@ from aidsr.fabrication.build import build_robot
 from aidsr.fabrication.force_response import responses
 from aidsr.fabrication.package import write_package
 from aidsr.fabrication.printers import printer_named
-from aidsr.fabrication.schema import Retest
+from aidsr.fabrication.schema import Retest, Verdict
 from aidsr.fabrication.verdict import judge, retest_of
-from aidsr.loop.export import export
+from aidsr.loop.export import Exported, export
 from aidsr.runs import RunRecord, new_run
 from aidsr.tasks import load_task
 from aidsr.validation import validate
@@ -61,6 +63,15 @@ def test_the_drive_program_runs_as_it_is(folder) -> None:
         stroke_mm = next(one["stroke_mm"] for one in cables if one["actuator"] == actuator["name"])
         assert actuator["largest_angle_rad"] * actuator["spool_radius_mm"] == pytest.approx(stroke_mm, rel=0.01)
         assert actuator["spool_angle_rad"][-1] <= actuator["largest_angle_rad"]
+
+
+def test_the_command_prints_the_changes_that_it_promises(folder, capsys) -> None:
+    verdict = Verdict.model_validate_json((folder / "verdict.json").read_text())
+    assert len(verdict.changes) > 3
+    _print_export(make_console(), Exported(folder, verdict, made("gripper", "tpu95a")))
+    printed = capsys.readouterr().out
+    for change in verdict.changes:
+        assert f"  change of {change.what}: simulated {change.simulated}; built {change.built}" in printed
 
 
 @pytest.mark.parametrize(("robot", "material"), [("arm", "petg"), ("gripper", "tpu95a"), ("crawler", "tpu95a")])

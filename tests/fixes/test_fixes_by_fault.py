@@ -156,7 +156,7 @@ def test_springs_follow_a_force_that_was_too_much() -> None:
     root = parse(pulled_arm(1.0))
     notes = list(strength.weaken(root, Request(overforce)))
     assert root.find(".//motor").get("ctrlrange") == "-90 0"
-    assert notes == ["multiplied the force of 1 actuators by 0.09", "multiplied joint stiffness and damping by 0.22"]
+    assert notes == ["multiplied the force of 1 actuator by 0.09", "multiplied joint stiffness and damping by 0.22"]
 
 
 def test_a_robot_that_no_allowed_pull_could_move_keeps_its_forces() -> None:

@@ -60,3 +60,14 @@ def test_reasons_tell_the_worst_and_count_the_rest() -> None:
     assert many.faults[3].code not in Change(placement=many).reason
     assert Change(placement=many).reason.endswith("And 2 more.")
     assert Change(concept="part 0: wrong.").reason == "part 0: wrong."
+
+
+def test_problems_told_to_a_person_are_sentences_of_their_own() -> None:
+    issues = (
+        CritiqueIssue(
+            blame="coder", component="no_sensors", problem="it has none", suggestion="add sensors of its own"
+        ),
+        CritiqueIssue(blame="coder", component="reach", problem="it is too short.", suggestion="make it longer."),
+    )
+    told = after_critique(Critique(passed=False, issues=issues)).reason
+    assert told == "no_sensors: it has none. add sensors of its own. reach: it is too short. make it longer."

@@ -15,6 +15,7 @@ REACH = 'kind = "reach"\ntarget = "hook"\n'
 TOUCH = 'kind = "touch"\ntarget = "post"\nforce_n = 2\n'
 OVER_HOOK = '[[limits]]\nkind = "keep_out"\ncenter_m = [0.1, 0.1, 0.25]\nradius_m = 0.05\n'
 OVER_MOUNT = '[[limits]]\nkind = "keep_out"\ncenter_m = [0, 0, 0.4]\nradius_m = 0.05\n'
+LIGHTLY = 'kind = "touch"\ntarget = "post"\nforce_n = 0.5\nat_most_n = 1\n'
 GENTLY = '[[limits]]\nkind = "force"\non = "post"\nat_most_n = 1\n'
 BRING = 'kind = "bring"\ntargets = ["cart"]\nregion = {{center_m = [{x}, 0, 0.05], size_m = [0.05, 0.05, 0.05]}}\n'
 
@@ -25,6 +26,10 @@ BRING = 'kind = "bring"\ntargets = ["cart"]\nregion = {{center_m = [{x}, 0, 0.05
         (REACH + OVER_HOOK, r"hook cannot be reached: it and all within 0.02 m of it lie in the ball of radius 0.05 m"),
         (REACH + 'base = "fixed"\n' + OVER_MOUNT, r'every mount lies in it, and base is "fixed"'),
         (TOUCH + GENTLY, r"post has to be touched with 2 N, and the limit on it is 1 N"),
+        (
+            'kind = "stages"\n[[stages]]\n' + LIGHTLY + "[[stages]]\n" + TOUCH,
+            r"post has to be touched with 2 N, and another stage loses the episode beyond 1 N on it at any moment",
+        ),
         (BRING.format(x=0.3), r'"cart" cannot get 0.425 m along 1 0 0: its joints \(rail\)'),
         (
             'kind = "stages"\n' + OVER_HOOK + "[[stages]]\n" + BRING.format(x=-0.07) + "[[stages]]\n" + REACH,
@@ -48,6 +53,8 @@ def test_what_cannot_be_met_is_refused(goal: str, said: str) -> None:
         REACH + OVER_MOUNT,  # a free robot begins elsewhere
         REACH + 'base = "fixed"\n' + OVER_MOUNT + 'what = "functional_part"\n',
         TOUCH + GENTLY.replace("1", "3"),
+        'kind = "stages"\n[[stages]]\n' + LIGHTLY + "[[stages]]\n" + TOUCH + 'part = "robot"\n',  # by other parts
+        'kind = "stages"\n[[stages]]\n' + LIGHTLY.replace("at_most_n = 1", "at_most_n = 3") + "[[stages]]\n" + TOUCH,
         BRING.format(x=-0.07),
     ],
 )

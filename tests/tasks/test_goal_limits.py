@@ -63,6 +63,32 @@ def test_success_ends_where_the_goal_says(text, now, won):
     assert task.is_success(now, task.reset_state(first)).tolist() == [won]
 
 
+@pytest.mark.parametrize(("hard_n", "lost"), [(2.99, False), (3.01, True)])
+def test_a_touch_that_was_too_hard_at_any_moment_is_no_success_later(hard_n, lost):
+    task = goal_task(parse_goal(f"{TOUCH}\nhold_s = 0.12"), TABLE)
+    state = reset(task, forces(0.0))
+    first = None
+    for force_n in (hard_n, 0.0, 2.0, 2.0, 2.0):
+        state, worth = score(task, state, forces(force_n), np.zeros((1, 1)))
+        first = worth if first is None else first
+    assert first.failure.tolist() == [lost], "the episode ends there"
+    assert task.judging()["Lost at once"] == "More than 3 N on post at any moment."
+    assert "Lost at once" not in goal_task(parse_goal(FIRM), TABLE).judging()
+
+
+def test_a_stage_that_bounds_a_force_bounds_it_from_beginning_to_end():
+    stages = f'kind = "stages"\n[[stages]]\n{REACH}\nby_s = 4\n[[stages]]\n{TOUCH}\n'
+    task = goal_task(parse_goal(stages), TABLE)
+    now = {"goal1_offset": (0.5, 0.0, 0.0), "goal2_offset": (0.0, 0.0, 0.0), "goal2_gap": [0.0]}
+    for force_n, rules in ((2.0, []), (4.0, ["More than 3 N on post at any moment."])):
+        seen = read(**now, goal2_force=(0.0, 0.0, force_n))
+        lost = task.losses(seen, task.reset_state(seen))
+        assert list(lost) == ["Stage 1 is not over after 4 s.", "More than 3 N on post at any moment."]
+        assert [rule for rule, where in lost.items() if where[0]] == rules
+        assert task.is_failure(seen, task.reset_state(seen)).tolist() == [bool(rules)]
+    assert task.judging()["Lost at once"] == " ".join(lost)
+
+
 @pytest.mark.parametrize("part", ["robot", "functional_part"])
 def test_the_part_that_must_touch_is_the_one_that_is_measured(part):
     task = goal_task(parse_goal(f'{TOUCH}\npart = "{part}"'), TABLE)

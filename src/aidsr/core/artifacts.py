@@ -333,6 +333,8 @@ class Critique(Artifact):
     passed: bool
     summary: str = ""
     issues: tuple[CritiqueIssue, ...] = ()
+    progress: float | None = None
+    """How far the scene came without learning, 0 to 1, where the Judge measured that."""
 
     @model_validator(mode="after")
     def _reasons_with_a_fail(self) -> Self:

@@ -56,6 +56,11 @@ def excerpt(text: str, most: int = 60) -> str:
     return text if len(text) <= most else f"{text[:most]}…"
 
 
+def counted(number: int, of: str) -> str:
+    """Return a number of things: 1 task, 3 tasks, 2 policies."""
+    return f"{number} {of if number == 1 else of.removesuffix('y') + 'ies' if of.endswith('y') else of + 's'}"
+
+
 def mm(length_m: float) -> str:
     """Return a length [m] of a built-in design as "376 mm", one below 20 mm with a decimal."""
     length_mm = 1000.0 * length_m

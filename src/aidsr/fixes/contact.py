@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, cast
 from lxml import etree
 
 from aidsr.core.errors import MjcfError
+from aidsr.core.formatting import counted
 from aidsr.fixes.record import EditDocument, Fix, Request, note
 from aidsr.mjcf.edit import effective_numbers, effective_value, exclude_contact, set_numbers
 from aidsr.mjcf.elements import Element, elements
@@ -147,7 +148,7 @@ def pass_through_itself(root: Element, _: Request) -> Iterator[str]:
         geom.set("contype", "1")
         geom.set("conaffinity", "0")
     if changed:
-        yield f"let {len(changed)} shapes pass through each other"
+        yield f"let {counted(len(changed), 'shape')} pass through each other"
 
 
 def allow_contact(root: Element, _: Request) -> Iterator[str]:
@@ -163,7 +164,7 @@ def allow_contact(root: Element, _: Request) -> Iterator[str]:
         geom.set("contype", "1")
         geom.set("conaffinity", "1")
     if mute:
-        yield f"let {len(mute)} shapes collide"
+        yield f"let {counted(len(mute), 'shape')} collide"
     for flag in elements(root, "flag"):
         if flag.get("contact") == "disable":
             del flag.attrib["contact"]

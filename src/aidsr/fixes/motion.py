@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from lxml import etree
 
+from aidsr.core.formatting import counted
 from aidsr.fixes.record import EditDocument, Fix, Request
 from aidsr.mjcf.edit import (
     damping_gain,
@@ -64,7 +65,7 @@ def damp_hinges(root: Element, _: Request) -> Iterator[str]:
             set_numbers(joint, "damping", wanted)
             changed += 1
     if changed:
-        yield f"raised the damping of {changed} joints to {1000 * least:g} ms of their stiffness"
+        yield f"raised the damping of {counted(changed, 'joint')} to {1000 * least:g} ms of their stiffness"
 
 
 def _value(root: Element, joint: Element, attribute: str) -> float:
@@ -84,7 +85,7 @@ def damp_servos(root: Element, _: Request) -> Iterator[str]:
     for servo in wrong:
         _set_damping(root, servo, _KV_SHARE * _servo_stiffness(root, servo))
     if wrong:
-        yield f"set the damping of {len(wrong)} servos"
+        yield f"set the damping of {counted(len(wrong), 'servo')}"
 
 
 def soften_servos(root: Element, _: Request) -> Iterator[str]:
@@ -102,7 +103,7 @@ def soften_servos(root: Element, _: Request) -> Iterator[str]:
         if damping:
             _set_damping(root, servo, damping / 2.0)
     if servos:
-        yield f"halved the gains of {len(servos)} servos"
+        yield f"halved the gains of {counted(len(servos), 'servo')}"
 
 
 def _servos(root: Element) -> list[Element]:
@@ -147,7 +148,7 @@ def raise_damping(root: Element, request: Request) -> Iterator[str]:
             set_numbers(joint, "damping", 2.0 * damping[0])
             changed += 1
     if changed:
-        yield f"doubled the joints' damping in {changed} places"
+        yield f"doubled the joints' damping in {counted(changed, 'place')}"
 
 
 def make_damping_positive(root: Element, _: Request) -> Iterator[str]:
@@ -162,7 +163,7 @@ def make_damping_positive(root: Element, _: Request) -> Iterator[str]:
         first, *rest = (abs(value) for value in get_numbers(item, "damping"))
         set_numbers(item, "damping", max(first, _SETTLING_S * stiffness), *rest)
     if wrong:
-        yield f"made {len(wrong)} negative dampings positive"
+        yield f"made {counted(len(wrong), 'negative damping')} positive"
 
 
 def halve_timestep(root: Element, _: Request) -> Iterator[str]:
@@ -192,7 +193,7 @@ def stiffen_contacts(root: Element, _: Request) -> Iterator[str]:
     for joint in light:
         set_numbers(joint, "armature", _LEAST_ARMATURE_KG_M2)
     if light:
-        yield f"gave {len(light)} joints an armature of {_LEAST_ARMATURE_KG_M2:g} kg m2"
+        yield f"gave {counted(len(light), 'joint')} an armature of {_LEAST_ARMATURE_KG_M2:g} kg m2"
 
 
 def _set_in_defaults(root: Element, tag: str, values: dict[str, tuple[float, ...]]) -> Iterator[str]:
@@ -222,7 +223,7 @@ def straighten(root: Element, _: Request) -> Iterator[str]:
         for name in ("springref", "ref", "springlength"):
             spring.attrib.pop(name, "")
     if bent or drawn:
-        yield f"put the springs of {len(bent)} joints and {len(drawn)} tendons to rest as drawn"
+        yield f"put the springs of {counted(len(bent), 'joint')} and {counted(len(drawn), 'tendon')} to rest as drawn"
 
 
 def halve_timestep_last(root: Element, request: Request) -> Iterator[str]:

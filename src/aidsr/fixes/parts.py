@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from lxml import etree
 
 from aidsr.core.errors import MjcfError
+from aidsr.core.formatting import counted
 from aidsr.fixes.ranges import TENSION_N
 from aidsr.fixes.record import EditDocument, Fix, Request
 from aidsr.fixes.strength import BENT_RAD, read_pull
@@ -28,7 +29,7 @@ def add_sensors(root: Element, _: Request) -> Iterator[str]:
     for name in missing:
         etree.SubElement(section(root, "sensor"), "tendonpos", name=f"length_of_{name}", tendon=name)
     if missing:
-        yield f"added sensors for the length of {len(missing)} tendons"
+        yield f"added sensors for the length of {counted(len(missing), 'tendon')}"
 
 
 def add_actuators(root: Element, _: Request) -> Iterator[str]:
@@ -48,7 +49,7 @@ def add_actuators(root: Element, _: Request) -> Iterator[str]:
         tension_n = float(f"{min(max(TENSION_N * BENT_RAD / pull.bend_rad, _LEAST_N), _MOST_N):.2g}")
         _set_pull(winches, tension_n)
     if winches:
-        yield f"added winches of {tension_n:g} N for {len(winches)} tendons"
+        yield f"added winches of {tension_n:g} N for {counted(len(winches), 'tendon')}"
 
 
 def _set_pull(winches: list[Element], most_n: float) -> None:
@@ -65,7 +66,7 @@ def pull_instead(root: Element, request: Request) -> Iterator[str]:
     for entry in motors + [sensor for sensor in entries(root, "sensor") if sensor.get("actuator") in names]:
         _remove(entry)
     if motors:
-        yield f"removed {len(motors)} actuators on joints, which the tendons now bend"
+        yield f"removed {counted(len(motors), 'actuator')} on joints, which the tendons now bend"
 
 
 def _tendon_names(root: Element) -> list[str]:
@@ -87,7 +88,7 @@ def add_mass(root: Element, request: Request) -> Iterator[str]:
             body.insert(0, inertial)
             changed += 1
     if changed:
-        yield f"gave {changed} bodies a mass of {1000 * _LEAST_MASS_KG:g} g"
+        yield f"gave {counted(changed, 'body')} a mass of {1000 * _LEAST_MASS_KG:g} g"
 
 
 def cap_mass(root: Element, request: Request) -> Iterator[str]:
@@ -127,7 +128,7 @@ def hold_root(root: Element, _: Request) -> Iterator[str]:
         if {user.get("joint"), user.get("joint1"), user.get("joint2")} & names:
             _remove(user)
     if loose:
-        yield f"fixed the root: removed {len(loose)} joints that let it go"
+        yield f"fixed the root: removed {counted(len(loose), 'joint')} that let it go"
 
 
 def _is_loose(element: Element) -> bool:

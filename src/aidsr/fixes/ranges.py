@@ -6,6 +6,7 @@ import math
 from collections import Counter, defaultdict
 from collections.abc import Iterator
 
+from aidsr.core.formatting import counted
 from aidsr.fixes.record import EditDocument, Fix, Request, note
 from aidsr.mjcf.defaults import Setting, default_classes, is_placed, setting
 from aidsr.mjcf.edit import effective_numbers, entries, gain_of, gain_sign, get_numbers, joints, set_numbers
@@ -188,7 +189,7 @@ def widen_joint_ranges(root: Element, _: Request) -> Iterator[str]:
             set_numbers(joint, "range", 0.0 if joint in of_balls else min(low, -wide), max(high, wide))
         changed += get_numbers(joint, "range") != limits
     if changed:
-        yield f"widened the ranges of {changed} joints"
+        yield f"widened the ranges of {counted(changed, 'joint')}"
 
 
 def _ball_ranges(root: Element) -> Iterator[tuple[Element, Setting]]:
@@ -221,7 +222,7 @@ def unlimit_tendons(root: Element, request: Request) -> Iterator[str]:
             tendon.attrib.pop("limited", "")
             changed += 1
     if changed:
-        yield f"dropped the length limits of {changed} tendons"
+        yield f"dropped the length limits of {counted(changed, 'tendon')}"
 
 
 def add_control_ranges(root: Element, request: Request) -> Iterator[str]:
@@ -235,7 +236,7 @@ def add_control_ranges(root: Element, request: Request) -> Iterator[str]:
             actuator.attrib.pop("ctrllimited", "")
             changed += 1
     if changed:
-        yield f"gave {changed} actuators a control range"
+        yield f"gave {counted(changed, 'actuator')} a control range"
 
 
 def _control_range(root: Element, actuator: Element) -> tuple[float, float] | None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from lxml import etree
 
 from aidsr.core.errors import MjcfError
+from aidsr.core.formatting import counted
 from aidsr.fixes.record import EditDocument, Fix, Request
 from aidsr.mjcf.edit import (
     effective_numbers,
@@ -144,7 +145,7 @@ def read_pull(root: Element, names: Collection[str] = ()) -> Pull | None:
 
 def _scale_forces(root: Element, factor: float, names: tuple[str, ...] = ()) -> Iterator[str]:
     if changed := scale_forces(root, factor, names):
-        yield f"multiplied the force of {changed} actuators by {factor:g}"
+        yield f"multiplied the force of {counted(changed, 'actuator')} by {factor:g}"
 
 
 def _missing_factor(request: Request) -> float:
@@ -168,7 +169,7 @@ def stiffen_springs(root: Element, _: Request) -> Iterator[str]:
                 set_numbers(joint, "damping", min(factor * damping[0], most), *damping[1:])
             changed += 1
     if changed:
-        yield f"multiplied the stiffness of joints by {factor:g}, in {changed} places"
+        yield f"multiplied the stiffness of joints by {factor:g}, in {counted(changed, 'place')}"
 
 
 def _holding_factor(root: Element) -> float:
@@ -229,7 +230,7 @@ def restore_gear(root: Element, _: Request) -> Iterator[str]:
                 set_numbers(actuator, name, acts, *values[1:])
                 changed += 1
     if changed:
-        yield f"gave a gear or gain that acts in {changed} places"
+        yield f"gave a gear or gain that acts in {counted(changed, 'place')}"
 
 
 def _pulling_gear(root: Element, actuator: Element) -> float:
@@ -254,7 +255,7 @@ def let_go(root: Element, _: Request) -> Iterator[str]:
                 set_numbers(servo, "forcerange", -pull, 0.0)
             changed += 1
     if changed:
-        yield f"opened the ranges of {changed} servos, so that they can let go"
+        yield f"opened the ranges of {counted(changed, 'servo')}, so that they can let go"
 
 
 def _gain_of(servo: Element) -> str:
@@ -281,7 +282,7 @@ def pull_only(root: Element, request: Request) -> Iterator[str]:
             set_numbers(motor, "ctrlrange", *wanted)
             changed += 1
     if changed:
-        yield f"let {changed} actuators only pull"
+        yield f"let {counted(changed, 'actuator')} only pull"
 
 
 def _on_tendons(root: Element, *tags: str) -> list[Element]:

@@ -11,6 +11,7 @@ from aidsr.loop.iteration import Draft, Iteration
 from aidsr.loop.parts import Halt, Parts
 from aidsr.loop.routing import Change
 from aidsr.runs import DesignFolder, EventLog
+from aidsr.runs.status import newest
 
 _MEASURED_AGAIN = 3
 """How many of the scenes that fell short, the best of them, are measured again. Our choice."""
@@ -51,6 +52,8 @@ class DesignLoop:
             if isinstance(result, Outcome) and state.fell_short:
                 iteration, state.draft = self._came_farthest(state.fell_short)
                 result = iteration.decide()
+            elif isinstance(result, Outcome) and state.measured:
+                result = self._with_best(result, state.measured)
             match result:
                 case None:
                     continue
@@ -83,6 +86,8 @@ class DesignLoop:
         if result.after_trial:
             return self._after_trial(iteration, state, result)
         state.changes.append(result)
+        if _judged_progress(iteration) is not None:
+            state.measured.append(iteration)
         if state.iterations_left <= 0:
             return self._give_up(result, number)
         if self.parts.stalled(state.changes):
@@ -98,6 +103,22 @@ class DesignLoop:
             return _stop_early(change, iteration.folder.number)
         state.iterations_left, state.changes, state.requested = 1 + self.iterations, [], change
         return None
+
+    def _with_best(self, ended: Outcome, measured: list[Iteration]) -> Outcome:
+        """Return the outcome of a design of which no body passed, with the best that the Judge measured."""
+        best = max(measured, key=lambda one: _judged_progress(one) or 0.0).folder
+        if ended.outcome != "invalid" or best.number == ended.iteration:
+            return ended
+        critique = best.critique.read()
+        concept = newest(it.concept.read() for it in self.design.leading_to(best.number))
+        assert critique is not None, "only what was judged is measured"
+        assert concept is not None, "a design begins with its concept"
+        scene = best.scene.xml.path.relative_to(self.design.path.parent.parent).as_posix()
+        reason = (
+            f"The best body is {concept.name}, iteration {best.number}. {critique.summary} "
+            f"To train it all the same: aidsr train {scene} --goal goal.toml, in the run's folder. {ended.reason}"
+        )
+        return Outcome(outcome="invalid", reason=reason, iteration=best.number)
 
     def _came_farthest(self, tried: list[tuple[Iteration, Draft]]) -> tuple[Iteration, Draft]:
         """Return the iteration that comes farthest when the best are measured again, by seeds none was chosen by."""
@@ -137,6 +158,8 @@ class _Round:
     """What each iteration found wrong, before the Judge passed the design."""
     trial_changes: list[Change] = field(default_factory=list)
     """What each trial on the task found wrong, after the Judge passed the design."""
+    measured: list[Iteration] = field(default_factory=list)
+    """Iterations that the Judge did not pass, and of which it measured how far they come."""
     fell_short: list[tuple[Iteration, Draft]] = field(default_factory=list)
     """Iterations that the Judge passed and whose trial fell short; one of them is kept if nothing better follows."""
 
@@ -144,6 +167,11 @@ class _Round:
 def _robot_of(draft: Draft) -> Robot:
     assert draft.robot is not None, "only a robot is tried"
     return draft.robot
+
+
+def _judged_progress(iteration: Iteration) -> float | None:
+    critique = iteration.folder.critique.read()
+    return critique.progress if critique else None
 
 
 def _progress(iteration: Iteration) -> float:

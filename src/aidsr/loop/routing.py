@@ -116,4 +116,5 @@ def _issues(critique: Critique) -> list[str]:
 def _first(problems: list[str]) -> str:
     """Return the first problems in full, and how many more there are."""
     more = len(problems) - _MOST_PROBLEMS
-    return " ".join(problems[:_MOST_PROBLEMS]) + (f" And {more} more." if more > 0 else "")
+    told = " ".join(f"{problem.rstrip('.')}." for problem in problems[:_MOST_PROBLEMS])
+    return told + (f" And {more} more." if more > 0 else "")

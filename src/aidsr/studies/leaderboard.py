@@ -7,8 +7,8 @@ from pathlib import Path
 
 from aidsr.core.artifacts import Artifact
 from aidsr.core.errors import UserError
-from aidsr.core.formatting import format_cell
-from aidsr.studies.report import counted, format_rate, format_training, taken_in_words
+from aidsr.core.formatting import counted, format_cell
+from aidsr.studies.report import format_rate, format_training, taken_in_words
 from aidsr.studies.study import Study
 from aidsr.studies.submission import Submission, hash_scenes, read_submission
 from aidsr.studies.tables import ArmLine, arm_lines

@@ -12,7 +12,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from aidsr.core.config import BUILTIN
-from aidsr.core.formatting import format_cell
+from aidsr.core.formatting import counted, format_cell
 from aidsr.core.html import html_template
 from aidsr.runs.files import replace_file
 from aidsr.studies import plots
@@ -174,11 +174,6 @@ def resumed_in_words(rows: Sequence[DesignRow]) -> str:
     if not resumed:
         return ""
     return f" {counted(resumed, 'policy')} resumed while learning: not what undisturbed trainings would have learned."
-
-
-def counted(number: int, of: str) -> str:
-    """Return a number of things: 1 task, 3 tasks, 2 policies."""
-    return f"{number} {of if number == 1 else of.removesuffix('y') + 'ies' if of.endswith('y') else of + 's'}"
 
 
 def format_training(seeds: int, steps: int, protocol: str) -> str:

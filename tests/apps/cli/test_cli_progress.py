@@ -3,16 +3,18 @@
 import io
 import shutil
 import time
+from dataclasses import replace
 
 import pytest
 from rich.console import Console
 
 from aidsr.apps.cli.progress import Lines, Panel, follow_run
+from aidsr.apps.cli.reporting import print_introduction
 from aidsr.apps.cli.review_prompt import ReviewPrompt, parse_answer
 from aidsr.apps.cli.training import TrainingBar, evaluating
 from aidsr.core.artifacts import Decision
 from aidsr.core.calls import Usage
-from aidsr.core.errors import ModelError
+from aidsr.core.errors import ModelError, UserError
 from aidsr.core.formatting import format_cost, format_duration, format_time_left
 from aidsr.learn.rl.callbacks import CurvePoint
 from aidsr.learn.rl.evaluation import EvaluationPoint
@@ -76,6 +78,44 @@ def test_an_evaluation_shows_how_far_it_has_come() -> None:
     told = console.file.getvalue()
     assert "40 of 100 episodes ended, 30 succeeded" in told
     assert "100 of 100 episodes ended, 70 succeeded; checking" in told
+
+
+def test_an_evaluation_in_a_log_file_has_a_line_for_each_quarter_and_none_before_it_begins() -> None:
+    console = Console(file=io.StringIO(), width=120)
+    with evaluating(console, videos=True) as listen:
+        assert console.file.getvalue() == "", "there may be nothing to evaluate"
+        for ended, simulated_s in ((0, 0.04), (0, 2.0), (10, 2.04), (50, 4.0), (100, 5.0), (100, 5.0)):
+            listen(EvaluationPoint(100, ended, ended // 2, simulated_s, 8.0))
+    first, *lines = console.file.getvalue().splitlines()
+    assert first == "evaluating 100 episodes and drawing films …"
+    assert [line.partition(";")[0] for line in lines] == [
+        "0 of 100 episodes ended, 0 succeeded",
+        "50 of 100 episodes ended, 25 succeeded",
+        "100 of 100 episodes ended, 50 succeeded",
+    ]
+    assert lines[-1].endswith("checking what their success rests on")
+
+
+def test_a_run_that_is_stopped_by_an_error_says_how_to_resume(tmp_path, capsys) -> None:
+    run = new_run(tmp_path, concepts=1, iterations=0)
+    broken = parts(Scripted([Script(robots=["good"])]))
+
+    def no_team(_path):
+        raise UserError("the server is not there")
+
+    with pytest.raises(UserError, match="the server is not there"):
+        follow_run(run, replace(broken, team_for=no_team))
+    assert f"resume with aidsr resume {run.path}" in capsys.readouterr().out.replace("\n", "")
+
+
+def test_a_server_on_this_machine_is_not_said_to_cost_money(tmp_path) -> None:
+    for model, said in (
+        ("qwen3@http://localhost:8000/v1", "Its server is on this machine."),
+        ("qwen3@https://example.org/v1", "Every call may cost money."),
+    ):
+        console = Console(file=io.StringIO(), width=200)
+        print_introduction(console, new_run(tmp_path / said[:3], model=model))
+        assert said in console.file.getvalue()
 
 
 def test_a_run_is_reported_in_lines(tmp_path, capsys) -> None:

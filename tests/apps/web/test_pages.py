@@ -465,8 +465,14 @@ async def test_a_goal_is_looked_at_when_it_is_given(user: User, site: Site) -> N
     async def give(label: str, name: str, said: str) -> None:
         await fields[label].handle_uploads([SmallFileUpload(name, "text/plain", said.encode())])
 
+    await give("Environment (MJCF)", "odd.xml", BELL.replace('size="0.03"', 'sise="0.03"'))
+    await user.should_see("odd.xml cannot be used: line 3: ", retries=100)
+    (trouble,) = (each for each in user.client.elements.values() if "trouble" in each.classes)
+    assert trouble.parent_slot.parent is fields["Environment (MJCF)"].parent_slot.parent
+    assert trouble.parent_slot.parent is not fields["Goal (goal.toml)"].parent_slot.parent
     await give("Environment (MJCF)", "bell.xml", BELL)
     await user.should_see("bell.xml", retries=100)
+    await user.should_not_see("cannot be used")
     for said, sentence in (
         ("kind = ", "hit.toml cannot be used: cannot read the goal as TOML"),
         ('kind = "hit"', "has an unknown kind 'hit'"),

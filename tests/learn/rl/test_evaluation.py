@@ -3,6 +3,7 @@
 import copy
 import inspect
 import json
+import re
 import shutil
 import zipfile
 from dataclasses import replace
@@ -315,20 +316,24 @@ def test_deep_overlap_is_noticed():
     place = scene.task.variation("held_out", 0)
     rolled = rollout_with_stats(scene, STILL, range(1), threads=1)
     structure = read_structure(scene.model)
-    assert penetration_check(rolled.models, rolled.stats, structure).passed
+    asked = {"indices": range(7, 27), "dt_s": 0.04}
+    fine = penetration_check(rolled.models, rolled.stats, structure, **asked)
+    assert fine.passed
+    assert "episode 7" not in fine.message
     # the button is put where the arm is
     mujoco.mj_forward(scene.model, data)
     inside = Variation((Change("body_pos", "button", tuple(data.body("robot/seg3").xipos)), *place.changes[1:]))
     apply_to_simulation(inside, model := rolled.models[0], mujoco.MjData(model))
-    check = penetration_check([model], rolled.stats, structure)
+    check = penetration_check([model], rolled.stats, structure, **asked)
     assert not check.passed
     assert check.measured > 1.0
+    assert re.search(r"; (button.* and robot/seg3|robot/seg3 and button.*) in episode 7, \S+ s after", check.message)
     # one episode of twenty is left aside, two are not
     fine, positions = rollout_with_stats(scene, STILL, range(1), threads=1).models[0], rolled.stats.qpos[0]
     for deep, passes in ((1, True), (2, False)):
         models = [model] * deep + [fine] * (20 - deep)
         many = replace(rolled.stats, qpos=(positions,) * 20)
-        assert penetration_check(models, many, structure).passed is passes
+        assert penetration_check(models, many, structure, **asked).passed is passes
 
 
 def test_training_that_breaks_down_in_more_than_one_of_a_hundred_episodes_is_not_valid():

@@ -14,6 +14,8 @@ from aidsr.loop.run import create_run, make_brief, parts_of
 from aidsr.loop.runner import run_designs
 from aidsr.runs.event_text import sentence, tried_text
 from aidsr.runs.events import Tried, read_events
+from aidsr.runs.status import read_status
+from aidsr.runs.summary import write_summary
 from aidsr.sim.assembly import assemble
 from aidsr.tasks import TASKS, goal_task, parse_goal
 from aidsr.teams import rules
@@ -314,7 +316,7 @@ def test_a_refused_body_gives_way_to_the_next_best_and_the_end_is_said(monkeypat
     assert without_rank(second) == without_rank(ranked[2]) != without_rank(first)
     assert "0.70" in second.rationale, "its own figure"
     assert f"It takes the place of {first.name}" in second.rationale
-    with pytest.raises(NoBetterDesignError, match=r"^No motion of this body wins .* 2 bodies were judged") as ended:
+    with pytest.raises(NoBetterDesignError, match=r"^2 bodies were judged for this design, and no motion") as ended:
         designer.revise(brief, second, None, refusal)
     assert "Name a language model" in str(ended.value)
 
@@ -394,11 +396,32 @@ def test_a_body_that_is_tried_again_keeps_its_number(monkeypatch):
     assert tried_text(told[4]).startswith(f"body 2 again, 64 motions: {told[1].name}: ")
 
 
+def test_a_design_that_uses_up_its_iterations_is_reported_by_its_best_body(tmp_path, monkeypatch):
+    hopeless(monkeypatch, 3)
+    judged = iter((0.8, 0.2))
+    monkeypatch.setattr(
+        judge, "fit", lambda *_, **__: trial.Fit(progress=next(judged), success=False, reached="there", why="")
+    )
+    example = examples()["bell"]
+    for name, text in (("bell.xml", example.environment), ("bell.toml", example.goal)):
+        (tmp_path / name).write_text(text)
+    own = make_brief("Ring it", environment=tmp_path / "bell.xml", goal=tmp_path / "bell.toml")
+    config = RunConfig(model="builtin", concepts=1, iterations=1)
+    run = create_run(own, config, runs=tmp_path / "runs", goal=tmp_path / "bell.toml")
+    run_designs(run, parts_of(run))
+    outcome = run.design(1).outcome.read()
+    assert (outcome.outcome, outcome.iteration) == ("invalid", 1)
+    assert "iteration 1. No motion of this body wins without learning: there, progress 0.80" in outcome.reason
+    assert "Still wrong after 2 attempts: family: no motion of this body wins" in outcome.reason
+
+
 def test_each_body_tried_is_told_and_logged(tmp_path, monkeypatch):
     hopeless(monkeypatch, 3)
-    judged = itertools.count(1)
+    judged = iter((0.2, 0.8, 0.4))
     monkeypatch.setattr(
-        judge, "fit", lambda *_, **__: trial.Fit(progress=0.1 * next(judged), success=False, reached="begun")
+        judge,
+        "fit",
+        lambda *_, **__: trial.Fit(progress=next(judged), success=False, reached="there", why="it stays for 0.1 s"),
     )
     example = examples()["bell"]
     for name, text in (("bell.xml", example.environment), ("bell.toml", example.goal)):
@@ -415,7 +438,15 @@ def test_each_body_tried_is_told_and_logged(tmp_path, monkeypatch):
     ]
     assert sentence(tried[0]).startswith(f"body 1 of at most 3: {tried[0].name}: progress 0.90 (")
     outcome = run.design(1).outcome.read()
-    assert (outcome.outcome, outcome.iteration) == ("invalid", 4)
-    assert "3 bodies were judged for this design" in outcome.reason
     names = [run.design(1).iteration(number).concept.read() for number in (1, 2, 3)]
+    assert (outcome.outcome, outcome.iteration) == ("invalid", 2), "of the bodies judged the one that came farthest"
+    assert outcome.reason.startswith(
+        f"The best body is {names[1].name}, iteration 2. No motion of this body wins without learning: there, "
+        "progress 0.80; it stays for 0.1 s. To train it all the same: aidsr train designs/1/02/scene.xml --goal "
+        "goal.toml, in the run's folder. 3 bodies were judged for this design, and no motion of any wins."
+    )
+    assert read_status(run).designs[0].concept == names[1].name
+    shown = write_summary(run).read_text()
+    assert f"1. {names[1].name}</h3>" in shown
+    assert 'href="designs/1/02/preview.png"' in shown
     assert len({str(without_rank(name)) for name in names}) == 3

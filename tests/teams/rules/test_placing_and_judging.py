@@ -252,6 +252,20 @@ def test_missing_parts_are_the_coders_fault() -> None:
     assert {("coder", "contact_disabled"), ("coder", "actuator_groups")} <= issues(answer)
 
 
+def test_sensors_of_the_robot_need_no_names() -> None:
+    idea, robot, placement = placed("button_pushing", "arm", "two sections")
+    root = etree.fromstring(robot.mjcf)
+    for sensor in root.find("sensor"):
+        sensor.attrib.pop("name", None)
+    unnamed = robot.model_copy(update={"mjcf": etree.tostring(root, encoding="unicode")})
+    assert judged("button_pushing", idea, unnamed, scene("button_pushing", unnamed, placement)).passed
+    root.remove(root.find("sensor"))
+    without = robot.model_copy(update={"mjcf": etree.tostring(root, encoding="unicode")})
+    whole = scene("button_pushing", without, placement)
+    assert "<sensor>" in whole.mjcf, "those of the task, which are not the robot's"
+    assert ("coder", "no_sensors") in issues(judged("button_pushing", idea, without, whole))
+
+
 def test_an_unstable_scene_never_passes() -> None:
     idea, robot, placement = placed("button_pushing", "arm", "two sections")
     answer = judged("button_pushing", idea, robot, scene("button_pushing", robot, placement), report("chatter"))

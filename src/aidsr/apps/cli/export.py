@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from aidsr.core.formatting import format_fault
+from aidsr.core.formatting import counted, format_fault
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -75,7 +75,7 @@ def _print_export(console: Console, exported: Exported) -> None:
     for change in verdict.changes:
         line(f"  change of {change.what}: simulated {change.simulated}; built {change.built}")
     printed = sum(len(part.used_for) for part in made.parts)
-    line(f"  {_count(printed, 'part')} of {_count(len(made.parts), 'kind')}, limbs of {made.material.label}")
+    line(f"  {counted(printed, 'part')} of {counted(len(made.parts), 'kind')}, limbs of {made.material.label}")
     line(f"  moving mass {verdict.moving_built_g:g} g (simulated {verdict.moving_simulated_g:g} g)")
     motors = sorted({winch.fit.motor.name for winch in made.winches if winch.fit is not None})
     unknown = f", and {len(verdict.unpriced)} without a known price" if verdict.unpriced else ""
@@ -92,7 +92,3 @@ def _print_export(console: Console, exported: Exported) -> None:
             )
     use = "what stands in the way" if verdict.verdict == "not buildable" else "open it to build the robot"
     line(f"{exported.folder}/sheet.html: {use}")
-
-
-def _count(number: int, thing: str) -> str:
-    return f"{number} {thing}{'s' * (number != 1)}"

@@ -19,6 +19,7 @@ from aidsr.apps.cli.mailbox import Mailbox
 from aidsr.apps.cli.reporting import print_introduction, print_result
 from aidsr.apps.cli.review_prompt import ReviewPrompt
 from aidsr.apps.cli.terminal import make_console
+from aidsr.core.errors import AidsrError
 from aidsr.core.formatting import format_cost
 from aidsr.loop.parts import Parts
 from aidsr.loop.runner import run_designs
@@ -48,6 +49,11 @@ def follow_run(run: Run, parts: Parts) -> int:
             soft_wrap=True,
         )
         return 130
+    except AidsrError:
+        console.print(
+            f"\nFinished work is kept; resume with [bold]aidsr resume {escape(str(run.path))}[/]", soft_wrap=True
+        )
+        raise
     return print_result(console, run)
 
 

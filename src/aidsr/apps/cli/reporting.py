@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from urllib.parse import urlsplit
 
 from rich.console import Console
 from rich.markup import escape
@@ -14,7 +15,7 @@ from aidsr.core.config import BUILTIN
 from aidsr.core.formatting import format_cost, format_duration, format_tokens
 from aidsr.runs import DesignStatus, Run, RunStatus, read_status
 from aidsr.runs.trainings import trainings_of, verdict_in_words
-from aidsr.teams.providers import is_offline, provider_of
+from aidsr.teams.providers import destination, is_offline, provider_of
 from aidsr.teams.providers.manual import prompts_directory
 
 _COLOR = {"approved": "green", "invalid": "red", "quit": "yellow", "stopped": "red", "waiting": "yellow"}
@@ -41,9 +42,17 @@ def print_introduction(console: Console, run: Run) -> None:
         )
     elif provider is not None and provider.is_free:
         console.print(f"Model: [cyan]{escape(record.config.model)}[/]. Its calls cost nothing.")
+    elif _is_local(record.config.model):
+        console.print(f"Model: [cyan]{escape(record.config.model)}[/]. Its server is on this machine.")
     else:
         console.print(f"Model: [cyan]{escape(record.config.model)}[/]. Every call may cost money.")
     console.print(f"Folder: {escape(str(run.path))}\n", soft_wrap=True)
+
+
+def _is_local(model: str) -> bool:
+    """Whether the prompts for a model stay on this machine."""
+    address = destination(model).partition(" ")[0]
+    return urlsplit(address).hostname in ("localhost", "127.0.0.1", "::1")
 
 
 def print_status(console: Console, run: Run, status: RunStatus) -> None:

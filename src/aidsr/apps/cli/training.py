@@ -194,19 +194,31 @@ class TrainingBar:
 def evaluating(
     console: Console, episodes: int = 100, *, videos: bool, perturbed: bool = False
 ) -> Iterator[Callable[[EvaluationPoint], None]]:
-    """Say what takes half a minute or more, and how far it has come; the value is to be called with that."""
+    """Say what takes half a minute or more, and how far it has come; the value is to be called with that.
+
+    Nothing is said before the first call, for there may be nothing to evaluate. Where a line cannot change, as in a log
+    file, there is one for each quarter.
+    """
     again = ", and as many with each perturbation" * perturbed
-    console.print(f"evaluating {episodes} episodes{' and drawing films' * videos}{again} …", style="dim")
-    began = time.monotonic()
+    began, told = time.monotonic(), -1
     with console.status("beginning") as status:
 
         def listen(point: EvaluationPoint) -> None:
-            counts = f"{point.ended} of {point.episodes} episodes ended, {point.succeeded} succeeded"
+            nonlocal told
+            quarter = 4 if point.ended == point.episodes else int(4 * point.simulated_s / point.time_limit_s)
+            if told < 0:
+                console.print(f"evaluating {episodes} episodes{' and drawing films' * videos}{again} …", style="dim")
+                told = 0
+            line = f"{point.ended} of {point.episodes} episodes ended, {point.succeeded} succeeded; "
             if point.ended == point.episodes:
-                status.update(f"{counts}; checking what their success rests on")
-                return
-            per_s = point.simulated_s / (time.monotonic() - began)
-            status.update(f"{counts}; {format_time_left(point.time_limit_s - point.simulated_s, per_s)}, then checks")
+                line += "checking what their success rests on"
+            else:
+                per_s = point.simulated_s / (time.monotonic() - began)
+                line += f"{format_time_left(point.time_limit_s - point.simulated_s, per_s)}, then checks"
+            status.update(line)
+            if quarter > told and not console.is_terminal:
+                console.print(line, style="dim", soft_wrap=True)
+            told = max(told, quarter)
 
         yield listen
 

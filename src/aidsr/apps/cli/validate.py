@@ -56,7 +56,8 @@ def validate(
     json
         Print the whole report as JSON: an object for one file, a list of them for several.
     realizable
-        Ask for a robot that could be built too: a fault of realizability is an error, and motors are named.
+        Make what would hinder building an error (guides, densities, walls and what motors would have to do), and name
+        motors. Whether all of it can be built, hinges and cable ways too, only `aidsr export` tells.
     mount
         How a robot alone is held: "fixed" to the world, "free" on a plane, or as its freejoint says.
     needs_contact

@@ -278,7 +278,8 @@ def _cell(key: str, cell: Cell, state: State | None, rows: Sequence[DesignRow]) 
 
 
 def _asks(plan: StudyPlan) -> str:
-    from aidsr.studies.report import counted, format_training
+    from aidsr.core.formatting import counted
+    from aidsr.studies.report import format_training
 
     return (
         f"{counted(len(plan.tasks), 'task')} at the {plan.level} level, {counted(len(plan.arms), 'arm')}, "

@@ -10,7 +10,7 @@ from nicegui import events, run, ui
 
 from aidsr.apps.web.live import clear_error, show_error
 from aidsr.apps.web.widgets import box, button, fact, text
-from aidsr.core.errors import AidsrError, UserError
+from aidsr.core.errors import AidsrError, MjcfError, UserError
 
 Form = dict[str, Any]
 Facts = tuple[tuple[str, str], ...]
@@ -62,28 +62,38 @@ def upload(form: Form, wanted: FileField) -> None:
         except UnicodeDecodeError:
             show_error(UserError(f"{event.file.name} is no text; give a file saved as UTF-8"))
         except AidsrError as error:
-            show_error(UserError(f"{event.file.name} cannot be used: {error}"))
+            show_error(UserError(f"{event.file.name} cannot be used: {_told(error)}"))
         else:
             form.update({key: content, f"{key}_name": event.file.name[:100]})
             clear_error()
             found.refresh(facts)
 
-    # Quasar's own control is a button within a button, without a name: it does the work unseen
-    with box("drop row") as place:
-        choose = button(f"Choose: {wanted.label}", lambda: None, "quiet", "upload_file")
-        text("or drop the file here", "small soft")
-    field = ui.upload(label=wanted.label, max_file_size=wanted.most_bytes, auto_upload=True, on_upload=take)
-    field.props(f"flat accept={wanted.suffixes}").classes("hidden")
-    uploader = f"getElement({field.id}).$refs.qRef"
-    choose.on("click", js_handler=f"() => {uploader}.pickFiles()")
-    place.on("dragover", js_handler="(event) => event.preventDefault()")
-    place.on(
-        "drop", js_handler=f"(event) => {{ event.preventDefault(); {uploader}.addFiles(event.dataTransfer.files); }}"
-    )
-    kinds = wanted.suffixes.replace(",", " or ")
-    refused = UserError(f"not a {kinds} file of at most {wanted.most_bytes / 1e6:g} MB; choose another file")
-    field.on("rejected", lambda: show_error(refused))
-    found()
+    # a box of its own: an error is shown at its end, beside the field and not below those that follow
+    with box("stack tight"):
+        # Quasar's own control is a button within a button, without a name: it does the work unseen
+        with box("drop row") as place:
+            choose = button(f"Choose: {wanted.label}", lambda: None, "quiet", "upload_file")
+            text("or drop the file here", "small soft")
+        field = ui.upload(label=wanted.label, max_file_size=wanted.most_bytes, auto_upload=True, on_upload=take)
+        field.props(f"flat accept={wanted.suffixes}").classes("hidden")
+        uploader = f"getElement({field.id}).$refs.qRef"
+        choose.on("click", js_handler=f"() => {uploader}.pickFiles()")
+        place.on("dragover", js_handler="(event) => event.preventDefault()")
+        place.on(
+            "drop",
+            js_handler=f"(event) => {{ event.preventDefault(); {uploader}.addFiles(event.dataTransfer.files); }}",
+        )
+        kinds = wanted.suffixes.replace(",", " or ")
+        refused = UserError(f"not a {kinds} file of at most {wanted.most_bytes / 1e6:g} MB; choose another file")
+        field.on("rejected", lambda: show_error(refused))
+        found()
+
+
+def _told(error: AidsrError) -> str:
+    """Return an error in words; of MJCF with the lines, as `aidsr validate` tells them."""
+    if not isinstance(error, MjcfError):
+        return str(error)
+    return "; ".join(f"line {fault.line}: " * bool(fault.line) + fault.message for fault in error.faults)
 
 
 def _environment(content: str, _form: Form) -> Facts:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -107,32 +108,61 @@ def behavior_checks(
 
 
 def penetration_check(
-    models: Sequence[mujoco.MjModel], stats: EpisodeStats, structure: Structure, *, frames: int = 100
+    models: Sequence[mujoco.MjModel],
+    stats: EpisodeStats,
+    structure: Structure,
+    *,
+    indices: Sequence[int],
+    dt_s: float,
+    frames: int = 100,
 ) -> PlausibilityCheck:
-    """Whether bodies stayed out of each other.
+    """Whether bodies stayed out of each other; if not, which did not, and in which episode when.
 
     Args:
         models: The scene as varied for each episode.
         stats: Of these episodes.
         structure: The robot.
+        indices: Of the episodes' variations.
+        dt_s: Time between two positions [s].
         frames: Checked in each episode, evenly spread. More of them would find the deep overlap of a single
             control step, and be another benchmark: `BENCHMARK_VERSION` has to change with this number.
     """
     ours = set(structure.geoms)
-    depths = []
+    deepest = []
     for model, qpos in zip(models, stats.qpos, strict=True):
         data = mujoco.MjData(model)
-        half_m, depth = half_thickness_m(model), 0.0
-        for row in qpos[np.linspace(0, len(qpos) - 1, frames).astype(int)]:
-            data.qpos[:] = row
+        half_m, found = half_thickness_m(model), _Found(0.0)
+        for frame in np.linspace(0, len(qpos) - 1, frames).astype(int).tolist():
+            data.qpos[:] = qpos[frame]
             mujoco.mj_kinematics(model, data)
             mujoco.mj_collision(model, data)
             overlap = deepest_overlap(data, half_m, ours)
-            depth = max(depth, overlap.share if overlap else 0.0)
-        depths.append(depth)
-    depth = _max_without_outliers(np.array(depths))
-    message = f"deepest overlap of the robot with itself or with anything else, {_ASIDE}"
+            if overlap is not None and overlap.share > found.share:
+                found = _Found(overlap.share, overlap.geoms, frame)
+        deepest.append(found)
+    depths = np.array([one.share for one in deepest])
+    depth = _max_without_outliers(depths)
+    message = f"how deep the robot overlaps itself or anything else at most, {_ASIDE}"
+    if depth > DEEP:
+        row = int(np.flatnonzero(depths == depth)[0])
+        one, two = (_body_name(models[row], geom) for geom in deepest[row].geoms)
+        message += f"; {one} and {two} in episode {indices[row]}, {dt_s * deepest[row].frame:.3g} s after its start"
     return _at_most(DEEP, "no_deep_overlap", depth, message, "of half the thinner body")
+
+
+@dataclass(frozen=True)
+class _Found:
+    """The deepest overlap of an episode."""
+
+    share: float
+    """Of half the thinner geom's thickness."""
+    geoms: tuple[int, ...] = ()
+    frame: int = 0
+
+
+def _body_name(model: mujoco.MjModel, geom: int) -> str:
+    body = int(model.geom_bodyid[geom])
+    return model.body(body).name or model.geom(geom).name or f"body {body}"
 
 
 def structure_check(structure: Structure) -> PlausibilityCheck:

@@ -123,7 +123,8 @@ def evaluate(
     if training is not None:
         checks.append(training_check(training.episodes, training.diverged_episodes))
     checks += behavior_checks(rolled.outcomes, rolled.stats, structure)
-    checks.append(penetration_check(rolled.models, rolled.stats, structure))
+    dt_s = scene.task.control_dt_s
+    checks.append(penetration_check(rolled.models, rolled.stats, structure, indices=indices, dt_s=dt_s))
     checks += _exploit_checks(scene, policy, rolled, threads, smoothing)
     checks += body_checks(scene, policy, rolled, threads=threads, smoothing=smoothing)
     results = tuple(rolled.outcomes.result(row, index) for row, index in enumerate(indices))

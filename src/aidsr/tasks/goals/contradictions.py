@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -22,13 +23,14 @@ def refuse_contradictions(goal: Goal, around: Surroundings) -> None:
         around: The environment.
 
     Raises:
-        UserError: A touch needs more force than a limit on the same body allows; a point to reach, with all that is
-            near enough to it in any variation, lies in a region that the functional part keeps out of; or all mounts of
-            a robot that is held lie in a region that it keeps out of.
+        UserError: A touch needs more force than a limit on the same body, or another stage, allows; a point to reach,
+            with all that is near enough to it in any variation, lies in a region that the functional part keeps out of;
+            or all mounts of a robot that is held lie in a region that it keeps out of.
     """
     *others, last = goal.stages if isinstance(goal, Stages) else (goal,)
     # what need not be held for long may be had while a limit is passed for no longer than is tolerated
     held = [part for part in others if part.hold_s > TOLERATED_S] + [last] * (goal.hold_s > TOLERATED_S)
+    _refuse_stages([part for part in (*others, last) if isinstance(part, Touch)])
     for limit in goal.limits:
         if isinstance(limit, ForceLimit):
             _refuse_touch(held, limit)
@@ -36,6 +38,17 @@ def refuse_contradictions(goal: Goal, around: Surroundings) -> None:
             moved_m = float(np.linalg.norm(goal.vary_m))
             _refuse_points([point for part in held for point in part.reached], moved_m, limit, around)
             _refuse_mounts(goal, limit, around)
+
+
+def _refuse_stages(touches: Sequence[Touch]) -> None:
+    """Refuse a touch that is harder than another stage allows at any moment, also before and after its turn."""
+    for hard, soft in itertools.permutations(touches, 2):
+        counted = hard.target == soft.target and soft.part in ("robot", hard.part)
+        if counted and soft.at_most_n is not None and hard.force_n > soft.at_most_n:
+            raise UserError(
+                f"{hard.target} has to be touched with {hard.force_n:g} N, and another stage loses the episode beyond "
+                f"{soft.at_most_n:g} N on it at any moment; ask for less, or raise or leave out that at_most_n"
+            )
 
 
 def _refuse_touch(parts: Sequence[Goal], limit: ForceLimit) -> None:

@@ -26,7 +26,7 @@ from aidsr.tasks.goals.surroundings import Surroundings
 from aidsr.tasks.readings import BoolArray, FloatArray
 from aidsr.tasks.task import Feature, TaskState
 
-GOAL_VERSION = 3
+GOAL_VERSION = 4
 """Of what goals measure. It changes where a policy trained before would be judged by something else than it learned."""
 
 NEAR_M, MARGIN_M = 0.03, 0.2
@@ -196,9 +196,9 @@ class Goal(Artifact):
         """Return where it is met at this moment, (n,)."""
 
     def bounds(self, tag: str) -> tuple[tuple[str, AnyLimit], ...]:
-        """Return what its success itself does not allow, each with the tag of what measures it.
+        """Return the limits that lose the episode as soon as they are passed, each with the tag of what measures it.
 
-        Unlike `limits` these cost nothing once they are kept again.
+        Of `limits` some time is tolerated; of these none.
         """
         del tag
         return ()
@@ -220,10 +220,10 @@ class Goal(Artifact):
         """What loses an episode at once; empty where nothing does."""
         return ""
 
-    def is_lost(self, seen: Seen, state: TaskState) -> BoolArray:
-        """Return where the episode is lost for good, (n,); only asked where there is a `failure_text`."""
-        del state
-        return np.zeros(seen.n, dtype=np.bool_)
+    def losses(self, seen: Seen, state: TaskState) -> dict[str, BoolArray]:
+        """Return where the episode is lost for good, (n,) each, by sentences that make up `failure_text`."""
+        del seen, state
+        return {}
 
 
 def check_speed(goal: Goal) -> None:

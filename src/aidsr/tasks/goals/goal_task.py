@@ -201,7 +201,10 @@ class EndingGoalTask(GoalTask):
     """A goal that can be lost before its time is over."""
 
     def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
-        return self.goal.is_lost(self._seen(readings), state)
+        return np.asarray(np.any(list(self.losses(readings, state).values()), axis=0))
+
+    def losses(self, readings: Readings, state: TaskState) -> dict[str, BoolArray]:
+        return self.goal.losses(self._seen(readings), state)
 
 
 def goal_task(goal: AnyGoal, mjcf: str) -> GoalTask:

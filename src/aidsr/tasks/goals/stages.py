@@ -189,9 +189,14 @@ class Stages(Goal):
         *_, (last, stage, own) = self._parts(seen)
         return np.asarray((state["stage"] == last) & stage.is_met(own, _own(state, last)))
 
-    def is_lost(self, seen: Seen, state: TaskState) -> BoolArray:
-        by_s = np.array([np.inf if stage.by_s is None else stage.by_s for stage in self.stages])
-        return np.asarray(seen.readings.time_s > by_s[state["stage"].astype(int)])
+    def losses(self, seen: Seen, state: TaskState) -> dict[str, BoolArray]:
+        found: dict[str, BoolArray] = {}
+        if late := self._late_text:
+            by_s = np.array([np.inf if stage.by_s is None else stage.by_s for stage in self.stages])
+            found[late] = np.asarray(seen.readings.time_s > by_s[state["stage"].astype(int)])
+        for index, stage, own in self._parts(seen):
+            found |= stage.losses(own, _own(state, index))
+        return found
 
     @property
     def success_text(self) -> str:
@@ -203,10 +208,14 @@ class Stages(Goal):
 
     @property
     def violation_text(self) -> str:
-        return " ".join(text for stage in self.stages if (text := stage.violation_text))
+        return " ".join(dict.fromkeys(text for stage in self.stages if (text := stage.violation_text)))
 
     @property
     def failure_text(self) -> str:
+        return " ".join(filter(None, [self._late_text, self.violation_text]))
+
+    @property
+    def _late_text(self) -> str:
         late = [
             f"stage {number} is not over after {stage.by_s:g} s"
             for number, stage in enumerate(self.stages, start=1)

@@ -33,7 +33,7 @@ class Touch(Goal):
     force_n: Positive = 0.1
     """Net force that counts [N]."""
     at_most_n: Positive | None = None
-    """Net force beyond which it does not [N]."""
+    """Net force beyond which the episode is lost, at any moment [N]."""
     part: Literal["functional_part", "robot"] = "functional_part"
     """Which part must touch it."""
 
@@ -95,3 +95,13 @@ class Touch(Goal):
     @property
     def violation_text(self) -> str:
         return "" if self.at_most_n is None else f"More than {self.at_most_n:g} N on {self.target} at any moment."
+
+    @property
+    def failure_text(self) -> str:
+        return self.violation_text
+
+    def losses(self, seen: Seen, state: TaskState) -> dict[str, BoolArray]:
+        del state
+        if self.at_most_n is None:
+            return {}
+        return {self.failure_text: np.asarray(seen.peak_force_n("force") > self.at_most_n)}

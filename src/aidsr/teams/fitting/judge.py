@@ -16,6 +16,8 @@ REFUSED = "no motion of this body wins without learning"
 """What the Judge says of a body that falls short of the goal."""
 UNTRIED = "this body could not be tried with its goal"
 """What the Judge says where the trial took too long or crashed."""
+INSTEAD = "Name a language model, or bring a robot to start from."
+"""What helps where no built-in body does."""
 _IDLE = 0.02
 """Progress by doing nothing that is told of. Our choice: more than a body wavers by."""
 
@@ -51,11 +53,11 @@ class FittingJudge:
                 passed=True, summary=f"The built-in rules find it sound, and without learning a motion wins in {won}."
             )
         idle = f", of which {found.idle:.2f} by doing nothing" if found.idle > _IDLE else ""
-        return _refusal(f"{REFUSED}: {found.reached}, progress {found.progress:.2f}{idle}; {found.why}")
+        short = f"{REFUSED}: {found.reached}, progress {found.progress:.2f}{idle}; {found.why}"
+        return _refusal(short, found.progress)
 
 
-def _refusal(problem: str) -> Critique:
+def _refusal(problem: str, progress: float | None = None) -> Critique:
     """Return a critique that does not pass a body, after which the Designer takes the next best."""
-    suggestion = "Name a language model, or bring a robot to start from."
-    issue = CritiqueIssue(blame="designer", component="family", problem=problem, suggestion=suggestion)
-    return Critique(passed=False, summary=f"{problem[0].upper()}{problem[1:]}.", issues=(issue,))
+    issue = CritiqueIssue(blame="designer", component="family", problem=problem, suggestion=INSTEAD)
+    return Critique(passed=False, summary=f"{problem[0].upper()}{problem[1:]}.", issues=(issue,), progress=progress)

@@ -17,7 +17,7 @@ from aidsr.core.roles import BodyTried, Feedback, Team
 from aidsr.sim.assembly import assemble
 from aidsr.sim.measure import measure
 from aidsr.tasks.goals import AnyGoal, Goal, GoalTask
-from aidsr.teams.fitting.judge import REFUSED, UNTRIED, FittingJudge, task_of
+from aidsr.teams.fitting.judge import INSTEAD, REFUSED, UNTRIED, FittingJudge, task_of
 from aidsr.teams.fitting.trial import Fit, Round, fit, is_in_the_way, overlaps, spare_tension
 from aidsr.teams.fitting.views import (
     View,
@@ -333,9 +333,7 @@ class FittingDesigner:
         if rank + count >= len(ranked) or rank // max(count, 1) >= _MORE:
             tried = rank // count + 1 if count else 1
             bodies = "1 body was" if tried == 1 else f"{tried} bodies were"
-            raise NoBetterDesignError(
-                f"{problem[0].upper()}{problem[1:]} {bodies} judged for this design, and none better is left."
-            )
+            raise NoBetterDesignError(f"{bodies} judged for this design, and no motion of any wins. {INSTEAD}")
         found = _with_rank(ranked[rank + count], rank + count, count)
         return found.model_copy(
             update={

@@ -216,7 +216,7 @@ def _why(scene: TaskScene, best: ProbedVariation) -> str:
     policy = OpenLoopPolicy(Motions.of([best.motion]), task.control_dt_s)
     variation = task.variation("development", best.episode.variation)
     recorded = trace(scene, variation, policy, targets_of(task))
+    short = attribute_failure(task, recorded)[1].problem
     if task.is_decisive(best.episode.best_progress) and best.episode.best_progress >= task.stages[-1][0]:
-        held = f"it stays for {best.episode.held_s:.3g} s of {task.hold_s:.3g} s at most"
-        return "; ".join([held, *(limit.text for limit in best.episode.passed)])
-    return attribute_failure(task, recorded)[1].problem
+        short = f"it stays for {best.episode.held_s:.3g} s of {task.hold_s:.3g} s at most"
+    return "; ".join([short, *(limit.text for limit in best.episode.passed)])

@@ -44,7 +44,7 @@ def translate_error(error: Exception, name: str, key_variable: str, keys: Iterab
         case ai.ModelRequestTimeout() | ai.ModelTimeoutError() | TimeoutError():
             return TransientError("no reply in time")
         case ai.ModelConnectionError():
-            return TransientError(f"connection failed: {detail}")
+            return TransientError(f"connection failed: {detail} Check the address, and that the server is running")
         case ai.ModelRateLimitError() | ai.ModelUnavailableError() | ai.ModelServerError():
             return TransientError(detail, error.retry_after)
         case ai.ModelHTTPError(status_code=408 | 409 | 425):

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from aidsr.core.artifacts import Brief, Concept, Critique, CritiqueIssue, Robot, Scene, ValidationReport
 from aidsr.mjcf.edit import effective_value, entries, get_numbers, parse, without_prefix
 from aidsr.mjcf.elements import Element
+from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.teams.rules.job import Job, read_job
 
 _LEAST_REACH = 0.97
@@ -53,7 +54,7 @@ def _structure(root: Element) -> Iterator[CritiqueIssue]:
     """Tendons, actuators on them and sensors are there."""
     tendons = {item.get("name") for item in root.iter("spatial", "fixed") if item.getparent() is root.find("tendon")}
     driven = tendons & {item.get("tendon") for item in entries(root, "actuator")}
-    own = [item for item in entries(root, "sensor") if (item.get("name") or "").startswith("robot/")]
+    own = [item for item in entries(root, "sensor") if _is_own(item)]
     for missing, code, what in (
         (not tendons, "no_tendons", "tendons"),
         (bool(tendons) and not driven, "tendons_not_actuated", "actuators on its tendons"),
@@ -63,6 +64,12 @@ def _structure(root: Element) -> Iterator[CritiqueIssue]:
             yield CritiqueIssue(
                 blame="coder", component=code, problem=f"the robot has no {what}", suggestion=f"add {what}"
             )
+
+
+def _is_own(sensor: Element) -> bool:
+    """Whether a sensor is the robot's; one without a name is, where it measures something of the robot."""
+    name = sensor.get("name")
+    return any(str(value).startswith(ROBOT_PREFIX) for value in ([name] if name else sensor.attrib.values()))
 
 
 def _groups(concept: Concept, robot: Robot, root: Element) -> Iterator[CritiqueIssue]:
