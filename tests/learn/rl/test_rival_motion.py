@@ -8,6 +8,8 @@ import pytest
 
 pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
+import torch
+
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.openloop.script import parse_script
@@ -102,7 +104,13 @@ def test_a_motion_that_wins_nearly_always_is_the_policy(tmp_path):
 
 def test_a_policy_that_wins_less_than_the_motion_makes_way_for_it(tmp_path, monkeypatch):
     monkeypatch.setattr(rival_motion, "rollout", WonBy(0.9))
-    monkeypatch.setattr("aidsr.learn.rl.soft_actor_critic.SoftActorCritic.learn", lambda model, *_, **__: model)
+
+    def learn_to_rest(model, *_, **__):
+        with torch.no_grad():
+            model.actor.mu.weight.zero_()
+            model.actor.mu.bias.fill_(-5.0)
+
+    monkeypatch.setattr("aidsr.learn.rl.soft_actor_critic.SoftActorCritic.learn", learn_to_rest)
     result = train(small_learning(), tmp_path, steps=STEPS, recipe=SMALL, threads=1)
     config = config_of(tmp_path)
     beaten = next(event for event in events(tmp_path) if event["kind"] == "beaten")

@@ -243,7 +243,7 @@ class _Training:
         self.rng = np.random.default_rng([config.seed, self.history.steps])
         self._best: Snapshot | None = None
         self.share = 0.0
-        """Of the last episodes, or of those of the policy that was kept."""
+        """Of fresh variations that the policy wins, where it has a motion to beat."""
         self._structure = read_structure(scene.model)
         first = [self._sample_variation() for _ in range(recipe.simulations)]
         self.env = BatchedVecEnv(self._episodes(first), self._sample_variation, patience_s=recipe.patience_s)
@@ -341,21 +341,25 @@ class _Training:
         except KeyboardInterrupt:
             self._checkpoint()
             raise
-        self.share = history.success_share if history.recent else 0.0
         if callback.is_saturated:
             return "saturated"
         if callback.is_hopeless:
             return "hopeless"
-        if self._best is not None and self.share <= history.best_share - _FALL:
-            self.home.log_event("restored", success_share=self.share, best=history.best_share)
+        if self._best is not None and history.success_share <= history.best_share - _FALL:
+            self.home.log_event("restored", success_share=history.success_share, best=history.best_share)
             self._best.restore(self.model.policy, self.normalised)
-            self.share = history.best_share
         return "time" if history.wall_s >= self.most_s else "budget"
 
     def is_beaten(self, stopped: Stopped) -> bool:
-        """Return whether the motion that was searched wins more than what was learned, by more than chance."""
-        config = self.config
-        return bool(config.motion) and stopped != "saturated" and self.share <= config.motion_share - _FALL
+        """Return whether the motion that was searched wins more than what was learned, by more than chance.
+
+        Both are asked in fresh variations: of training's own episodes those that are lost last longer, so that too few
+        of them are among the last that ended.
+        """
+        if not self.config.motion or stopped == "saturated":
+            return False
+        self.share = float(self._tested().success.mean())
+        return self.share <= self.config.motion_share - _FALL
 
     def play_the_motion(self, learned: History) -> None:
         """Be the policy that plays the motion as it is, after all that was learned."""
