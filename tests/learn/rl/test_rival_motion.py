@@ -17,6 +17,7 @@ from aidsr.learn.rl import rival_motion, training
 from aidsr.learn.rl.policy import TrainedPolicy
 from aidsr.learn.rl.recipe import PROTOCOLS, Recipe, recipe_of
 from aidsr.learn.rl.rival_motion import find_rival
+from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
 from aidsr.learn.rl.trained import FinishedTraining
 from aidsr.learn.rl.training import folder_for, train
 from aidsr.learn.rl.training_folder import FolderInUseError, TrainingConfig, TrainingFolder
@@ -110,7 +111,7 @@ def test_a_policy_that_wins_less_than_the_motion_makes_way_for_it(tmp_path, monk
             model.actor.mu.weight.zero_()
             model.actor.mu.bias.fill_(-5.0)
 
-    monkeypatch.setattr("aidsr.learn.rl.soft_actor_critic.SoftActorCritic.learn", learn_to_rest)
+    monkeypatch.setattr(SoftActorCritic, "learn", learn_to_rest)
     result = train(small_learning(), tmp_path, steps=STEPS, recipe=SMALL, threads=1)
     config = config_of(tmp_path)
     beaten = next(event for event in events(tmp_path) if event["kind"] == "beaten")
