@@ -155,7 +155,8 @@ class TrainingBar:
             TextColumn("{task.fields[left]}"),
         )
         self._progress = Progress(*columns, console=console, transient=True)
-        self._bar = self._progress.add_task(title, total=steps, speed=0.0, success="–", left="")
+        first = "a probe searches a motion first" if recipe.searches(steps) else ""
+        self._bar = self._progress.add_task(title, total=steps, speed=0.0, success="–", left=first)
         self._next_line = 0
 
     def __enter__(self) -> Self:

@@ -22,6 +22,10 @@ HOPELESS_AFTER = 0.7
 Our choice, measured in benchmarks/learning."""
 
 
+LEAST_SEARCHED = 10_000
+"""Control steps of a training before which no motion is searched. Our choice: the search itself takes as many or more."""
+
+
 class Recipe(Artifact):
     """PPO (Schulman et al. 2017) or SAC (Haarnoja et al. 2018) of Stable-Baselines3 on batched simulations.
 
@@ -120,6 +124,10 @@ class Recipe(Artifact):
         With an empty script it is this recipe.
         """
         return self.model_copy(update={"script": script, "from_probe": False}) if script else self
+
+    def searches(self, steps: int) -> bool:
+        """Return whether a motion is searched that a policy of SAC with this budget has to beat."""
+        return self.algorithm == "sac" and self.from_probe and steps >= LEAST_SEARCHED
 
     def from_nothing(self) -> Recipe:
         """Return the recipe of a policy that has no motion, neither to correct nor to beat."""

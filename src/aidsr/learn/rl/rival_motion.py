@@ -12,8 +12,6 @@ from aidsr.learn.openloop import Motion, ProbeReport, probe_scene
 from aidsr.learn.openloop.motion import Motions, OpenLoopPolicy
 from aidsr.learn.openloop.script import script_of
 
-LEAST_STEPS = 10_000
-"""Control steps of a training before which nothing is searched. Our choice: the search takes up to 15,000 itself."""
 SEARCHED = 4
 """Variations that are searched. Our choice: of four motions that win one variation each, one more often wins others too
 than of the usual two, which come a little farther in their own."""

@@ -22,7 +22,7 @@ from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.behavior_cloning import clone_probe_motion
 from aidsr.learn.rl.policy import Normalisation, TrainedPolicy, network_options, one_torch_thread
 from aidsr.learn.rl.recipe import Recipe
-from aidsr.learn.rl.rival_motion import LEAST_STEPS, find_rival
+from aidsr.learn.rl.rival_motion import find_rival
 from aidsr.learn.rl.training_folder import FolderInUseError, Stopped, TrainingConfig, TrainingFolder, TrainingResult
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import BENCHMARK_VERSION, GoalTask, Variation
@@ -98,7 +98,7 @@ def train(
             home.write("scene.xml", scene.mjcf)
             home.write("config.json", config.model_dump_json(indent=2) + "\n")
             home.log_event("started")
-        if _is_to_be_probed(config) and not (home / "probe.json").exists():
+        if config.recipe.searches(config.steps) and not (home / "probe.json").exists():
             config = _probed(home, scene, config, threads)
         training = _Training(config.recipe.acting_in(scene), home, config, threads, tensorboard, listen)
         stopped = training.run()
@@ -112,11 +112,6 @@ def train(
             training = _Training(config.recipe.acting_in(scene), home, config, threads, tensorboard, listen)
             training.play_the_motion(learned)
         return training.finish(stopped)
-
-
-def _is_to_be_probed(config: TrainingConfig) -> bool:
-    """Return whether a policy is to correct a motion that is searched first."""
-    return config.recipe.algorithm == "sac" and config.recipe.from_probe and config.steps >= LEAST_STEPS
 
 
 def _probed(home: TrainingFolder, scene: TaskScene, config: TrainingConfig, threads: int) -> TrainingConfig:
