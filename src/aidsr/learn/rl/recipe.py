@@ -23,7 +23,7 @@ Our choice, measured in benchmarks/learning."""
 
 
 LEAST_SEARCHED = 10_000
-"""Control steps of a training before which no motion is searched. Our choice: the search itself takes as many or more."""
+"""Control steps of a training before which no motion is searched. Our choice: the search takes as many itself."""
 
 
 class Recipe(Artifact):
