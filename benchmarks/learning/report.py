@@ -53,7 +53,8 @@ def page_of(rows: Sequence[Row], probes: Mapping[str, Probe]) -> str:
         + f" control steps a training, one thread; success in {EPISODES} development episodes that training never "
         "samples, without noise. Processor seconds, evaluations left out; a busy machine adds to them, not to "
         "steps. A point of the curve counts an episode "
-        "without progress for 8 s as lost; the last one does not. † An earlier recipe of the protocol; `compare` makes "
+        "without progress for 8 s as lost; the last one does not. Steps of `best` leave out those of the search before "
+        "it, seconds do not. † An earlier recipe of the protocol; `compare` makes "
         f"these rows again. Probe: of {VARIATIONS} variations, those that one open-loop motion wins, and those that "
         "some motion wins.",
         "",

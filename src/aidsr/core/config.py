@@ -211,7 +211,8 @@ class RunConfig(Artifact):
             ge=0,
             title="Control steps of training in that trial; 0 trains none",
             description="Control steps of a policy that is trained where no motion of the trial on its task succeeds, "
-            'and passes the scene if it wins at all; 0 trains none. Requires that trial and the extra "rl".',
+            "and passes the scene if it wins at all, in a valid way; 0 trains none. Requires that trial and the extra "
+            '"rl".',
         ),
     ] = 0
     budget: Annotated[Budget, Field(description="Limits of what a language model may use.")] = Budget()

@@ -48,7 +48,8 @@ def find_rival(scene: TaskScene, *, seed: int, threads: int) -> RivalMotion:
     """
     played = _Played(scene, threads)
     report = probe_scene(scene, variations=SEARCHED, seed=seed, threads=threads)
-    won = [one.motion for one in report.variations if one.episode.ended == "succeeded"]
+    succeeded = [one.motion for one in report.variations if one.episode.ended == "succeeded"]
+    won = [motion for index, motion in enumerate(succeeded) if motion not in succeeded[:index]]
     shares = [played.share(motion, range(SEARCHED, SEARCHED + CHOSEN_IN)) for motion in won]
     script, share = "", 0.0
     if shares and max(shares) >= LEAST_WON:
