@@ -339,7 +339,8 @@ def _view(run: Run) -> None:
 
 def _view_training(training: Training) -> None:
     from aidsr.learn.rl.policy import TrainedPolicy
-    from aidsr.learn.rl.training_folder import TrainingConfig, TrainingFolder, TrainingResult
+    from aidsr.learn.rl.training_config import TrainingConfig
+    from aidsr.learn.rl.training_folder import TrainingFolder, TrainingResult
     from aidsr.runs.trainings import read_curve, verdict_in_words
 
     home = TrainingFolder(training.path)

@@ -38,7 +38,7 @@ from aidsr.core.rates import Rate
 from aidsr.learn.rl.evaluation import VERDICT_EPISODES
 from aidsr.learn.rl.policy import without_critics
 from aidsr.learn.rl.recipe import PROTOCOLS, Recipe
-from aidsr.learn.rl.training import BUDGET_STEPS
+from aidsr.learn.rl.training_config import BUDGET_STEPS
 from aidsr.learn.rl.training_folder import TrainingFolder
 from aidsr.runs.files import replace_file
 from aidsr.studies.jobs import training_folder_of

@@ -38,7 +38,8 @@ from aidsr.learn.rl.callbacks import CurvePoint
 from aidsr.learn.rl.policy import TrainedPolicy, one_torch_thread
 from aidsr.learn.rl.recipe import PROTOCOLS, Recipe
 from aidsr.learn.rl.training import DEVELOPMENT, train
-from aidsr.learn.rl.training_folder import TrainingConfig, TrainingFolder
+from aidsr.learn.rl.training_config import TrainingConfig
+from aidsr.learn.rl.training_folder import TrainingFolder
 from aidsr.learn.rl.vector_env import BatchedVecEnv
 from aidsr.tasks import BENCHMARK_VERSION, Variation, is_current
 from aidsr.tasks.readings import FloatArray

@@ -21,7 +21,8 @@ from aidsr.core.artifacts import ActuatorGroup, Evaluation, Outcome, Robot
 from aidsr.core.config import RunConfig
 from aidsr.learn.rl import isolated_learning, training
 from aidsr.learn.rl.isolated_learning import run_training
-from aidsr.learn.rl.training_folder import FolderInUseError, TrainingConfig, TrainingFolder
+from aidsr.learn.rl.training_config import TrainingConfig
+from aidsr.learn.rl.training_folder import FolderInUseError, TrainingFolder
 from aidsr.runs.folders import DesignFolder, Run, new_run
 from aidsr.runs.record import RunRecord
 from aidsr.tasks import load_task

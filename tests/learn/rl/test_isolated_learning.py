@@ -16,7 +16,8 @@ from pydantic import TypeAdapter
 import aidsr
 from aidsr.core.errors import IsolationError, UserError
 from aidsr.learn.rl.curve_point import CurvePoint
-from aidsr.learn.rl.training_folder import TrainingConfig, TrainingFolder
+from aidsr.learn.rl.training_config import TrainingConfig
+from aidsr.learn.rl.training_folder import TrainingFolder
 from aidsr.sandbox.environment import inside_worker
 from aidsr.tasks import load_task
 from aidsr.tasks.travelling_task import TravellingTask, can_travel

@@ -19,8 +19,9 @@ from aidsr.learn.rl.recipe import PROTOCOLS, Recipe, recipe_of
 from aidsr.learn.rl.rival_motion import find_rival
 from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
 from aidsr.learn.rl.trained import FinishedTraining
-from aidsr.learn.rl.training import folder_for, train
-from aidsr.learn.rl.training_folder import FolderInUseError, TrainingConfig, TrainingFolder
+from aidsr.learn.rl.training import train
+from aidsr.learn.rl.training_config import TrainingConfig
+from aidsr.learn.rl.training_folder import FolderInUseError, TrainingFolder, folder_for
 from aidsr.runs.trainings import Training
 from scenes import QuickPushing, small_learning
 
@@ -133,8 +134,9 @@ def test_a_policy_that_wins_about_as_much_stays(tmp_path, monkeypatch):
 def test_the_same_request_is_the_same_training_whatever_the_probe_found(tmp_path):
     scene = small_learning()
     home = tmp_path / "training"
-    first = train(scene, folder_for(home, scene, steps=STEPS, recipe=SMALL), steps=STEPS, recipe=SMALL, threads=1)
-    assert folder_for(home, scene, steps=STEPS, recipe=SMALL) == home / "001"
+    asked = TrainingConfig.of(scene, steps=STEPS, seed=0, recipe=SMALL)
+    first = train(scene, folder_for(home, asked), steps=STEPS, recipe=SMALL, threads=1)
+    assert folder_for(home, asked) == home / "001"
     assert train(scene, home / "001", steps=STEPS, recipe=SMALL, threads=1) == first
     assert len([event for event in events(home / "001") if event["kind"] == "probed"]) == 1
     with pytest.raises(FolderInUseError, match="differs in recipe"):

@@ -17,6 +17,7 @@ from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl import training
 from aidsr.learn.rl.robustness import perturbed_episodes
 from aidsr.learn.rl.training import train
+from aidsr.learn.rl.training_config import TrainingConfig
 from aidsr.learn.rl.training_folder import TrainingFolder
 from aidsr.sim.assembly import assemble
 from aidsr.tasks import goal_task, parse_goal
@@ -74,7 +75,9 @@ def test_a_perturbed_evaluation_is_asked_for_printed_and_kept(tmp_path, capsys):
 def test_training_episodes_differ_from_the_model_only_where_asked(tmp_path, randomize):
     scene, recipe = small_learning(), SMALL.model_copy(update={"randomize": randomize})
     TrainingFolder(tmp_path).write("scene.xml", scene.mjcf)
-    learning = training._Training(scene, TrainingFolder(tmp_path), training._config(scene, 64, 0, recipe), 1, False)
+    learning = training._Training(
+        scene, TrainingFolder(tmp_path), TrainingConfig.of(scene, steps=64, seed=0, recipe=recipe), 1, False
+    )
     episodes = learning.env.episodes
     stiffness = {episodes.batch.get_model(row).joint("robot/bend1").stiffness[0] for row in range(episodes.n)}
     assert len(stiffness) == (episodes.n if randomize else 1)

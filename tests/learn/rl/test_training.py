@@ -23,8 +23,9 @@ from aidsr.learn.rl.exploration import Exploration
 from aidsr.learn.rl.policy import Normalisation, TrainedPolicy
 from aidsr.learn.rl.recipe import Recipe
 from aidsr.learn.rl.trained import FinishedTraining
-from aidsr.learn.rl.training import DEVELOPMENT, folder_for, train
-from aidsr.learn.rl.training_folder import FolderInUseError, TrainingConfig, TrainingFolder, TrainingResult
+from aidsr.learn.rl.training import DEVELOPMENT, train
+from aidsr.learn.rl.training_config import TrainingConfig
+from aidsr.learn.rl.training_folder import FolderInUseError, TrainingFolder, TrainingResult, folder_for
 from scenes import Breaking, QuickPushing, small_learning
 
 SMALL = Recipe(simulations=8, rollout_steps=8, batch_size=32, epochs=2, hidden_sizes=(16, 16))
@@ -190,13 +191,14 @@ def test_a_folder_is_trained_in_by_one_process_at_a_time(tmp_path):
 
 def test_an_interrupted_training_goes_on_where_it_stopped(tmp_path):
     home, scene = tmp_path / "training", small_learning()
-    folder = folder_for(home, scene, steps=STEPS, recipe=SMALL)
+    asked = TrainingConfig.of(scene, steps=STEPS, seed=0, recipe=SMALL)
+    folder = folder_for(home, asked)
     assert folder == home / "001"
     with pytest.raises(KeyboardInterrupt):
         trained(folder, listen=at(STEPS // 2, KeyboardInterrupt))
     assert (folder / "checkpoint" / "policy.zip").exists()
-    assert folder_for(home, scene, steps=STEPS, recipe=SMALL) == folder
-    assert folder_for(home, scene, steps=STEPS, recipe=SMALL, seed=1) == home / "002"
+    assert folder_for(home, asked) == folder
+    assert folder_for(home, asked.model_copy(update={"seed": 1})) == home / "002"
     heard = []
     result = trained(folder, listen=heard.append)
     assert result.steps == STEPS
@@ -205,15 +207,16 @@ def test_an_interrupted_training_goes_on_where_it_stopped(tmp_path):
     kinds = [event["kind"] for event in events(folder)]
     assert kinds[0] == "started"
     assert "resumed" in kinds
-    assert folder_for(home, scene, steps=STEPS, recipe=SMALL) == folder
-    assert folder_for(home, scene, steps=STEPS, recipe=SMALL, again=True) == home / "002"
+    assert folder_for(home, asked) == folder
+    assert folder_for(home, asked, again=True) == home / "002"
 
 
 def test_a_training_of_an_earlier_version_is_none_of_the_same(finished, tmp_path):
     asked = json.loads((finished / "config.json").read_text())
     del asked["groups_from"]
     TrainingFolder(tmp_path / "001").write_json("config.json", asked)
-    assert folder_for(tmp_path, small_learning(), steps=STEPS, recipe=SMALL) == tmp_path / "002"
+    todays = TrainingConfig.of(small_learning(), steps=STEPS, seed=0, recipe=SMALL)
+    assert folder_for(tmp_path, todays) == tmp_path / "002"
     for going_on in (lambda: trained(tmp_path / "001"), lambda: FinishedTraining.load(tmp_path / "001")):
         with pytest.raises(
             UserError, match=r"config\.json .* \(groups_from: Field required\); remove .* or train again"

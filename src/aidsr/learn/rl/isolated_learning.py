@@ -87,7 +87,8 @@ def run_training(
     """
     from aidsr.learn.episodes.scene import TaskScene
     from aidsr.learn.rl import training
-    from aidsr.learn.rl.training_folder import FolderInUseError
+    from aidsr.learn.rl.training_config import TrainingConfig
+    from aidsr.learn.rl.training_folder import FolderInUseError, folder_for
 
     found = TaskScene.of(scene, task, level=level, groups=groups, grouping=grouping)
     train = partial(
@@ -104,9 +105,8 @@ def run_training(
     if number:
         train(home / number)
         return home / number
-    next_folder = partial(
-        training.folder_for, home, found, steps=steps, seed=seed, recipe=recipe, minutes=minutes, again=again
-    )
+    config = TrainingConfig.of(found, steps=steps, seed=seed, recipe=recipe, minutes=minutes)
+    next_folder = partial(folder_for, home, config, again=again)
     folder = next_folder()
     while True:
         try:

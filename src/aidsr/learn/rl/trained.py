@@ -15,7 +15,8 @@ from aidsr.learn.episodes.scene import TaskScene, read_mjcf_text
 from aidsr.learn.rl.evaluation import VERDICT_EPISODES, EvaluationPoint, EvaluationRollout, evaluate
 from aidsr.learn.rl.policy import TrainedPolicy, one_torch_thread
 from aidsr.learn.rl.robustness import perturbed_episodes
-from aidsr.learn.rl.training_folder import TrainingConfig, TrainingFolder, TrainingResult
+from aidsr.learn.rl.training_config import TrainingConfig
+from aidsr.learn.rl.training_folder import TrainingFolder, TrainingResult
 from aidsr.tasks import BENCHMARK_VERSION, Level, Split, goal_task, is_current, load_task
 from aidsr.tasks.goals import GOAL_VERSION
 from aidsr.tasks.task import edit_environment

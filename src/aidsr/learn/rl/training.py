@@ -7,14 +7,11 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from aidsr.core.errors import UserError
-from aidsr.core.numbered import numbered_in
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.perturbation import randomized
 from aidsr.learn.episodes.rollout import EpisodeOutcomes, rollout
@@ -23,10 +20,10 @@ from aidsr.learn.rl.behavior_cloning import clone_probe_motion
 from aidsr.learn.rl.policy import Normalisation, TrainedPolicy, network_options, one_torch_thread
 from aidsr.learn.rl.recipe import Recipe
 from aidsr.learn.rl.rival_motion import find_rival
-from aidsr.learn.rl.training_folder import FolderInUseError, Stopped, TrainingConfig, TrainingFolder, TrainingResult
+from aidsr.learn.rl.training_config import BUDGET_STEPS, TrainingConfig
+from aidsr.learn.rl.training_folder import Stopped, TrainingFolder, TrainingResult
 from aidsr.sim.structure import read_structure
-from aidsr.tasks import BENCHMARK_VERSION, GoalTask, Variation
-from aidsr.tasks.goals import GOAL_VERSION
+from aidsr.tasks import Variation
 
 if TYPE_CHECKING:
     from stable_baselines3 import PPO
@@ -36,9 +33,6 @@ if TYPE_CHECKING:
     from aidsr.learn.rl.curve_point import CurvePoint
     from aidsr.learn.rl.snapshot import Snapshot
     from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
-
-BUDGET_STEPS = 300_000
-"""Control steps, the same for every design and task. Source: docs/tasks.md, budget v1."""
 
 DEVELOPMENT = 2**31
 """Development variations to sample from: so many that a policy learns the task, not a few scenes. Those from this index
@@ -50,8 +44,6 @@ _SATURATION_EPISODES = 20
 _FALL = 0.2
 """Drop of the success share, from its best to the end of the budget, with which the best policy is kept instead of the
 last. Our choice: twice the standard error of 20 episodes."""
-
-_PACKAGES = ("aidsr", "mujoco", "numpy", "torch", "stable-baselines3", "gymnasium")
 
 
 def train(
@@ -84,12 +76,12 @@ def train(
         UserError: The folder holds a training of an earlier version, or the recipe's script is none for this scene.
     """
     home = TrainingFolder(folder)
-    config = _config(scene, steps, seed, recipe or Recipe(), minutes)
-    if (finished := _finished(home, config)) is not None:
+    config = TrainingConfig.of(scene, steps=steps, seed=seed, recipe=recipe, minutes=minutes)
+    if (finished := home.finished(config)) is not None:
         return finished
     config.recipe.acting_in(scene)  # refuses a script before anything is written
     with home.locked(), one_torch_thread():
-        if (finished := _finished(home, config)) is not None:  # another process was faster by a moment
+        if (finished := home.finished(config)) is not None:  # another process was faster by a moment
             return finished
         if (home / "config.json").exists():
             home.log_event("resumed", versions=config.versions)
@@ -131,79 +123,6 @@ def _probed(home: TrainingFolder, scene: TaskScene, config: TrainingConfig, thre
     home.write("config.json", config.model_dump_json(indent=2) + "\n")
     home.write("probe.json", found.report.model_dump_json(indent=2) + "\n")
     return config
-
-
-def folder_for(
-    home: Path,
-    scene: TaskScene,
-    *,
-    steps: int = BUDGET_STEPS,
-    seed: int = 0,
-    recipe: Recipe | None = None,
-    minutes: float | None = None,
-    again: bool = False,
-) -> Path:
-    """Return the last of the folders 001, 002 … under `home` that holds the very same training, else the next one.
-
-    It may be unfinished; with `again` it is the next one in any case.
-    """
-    config = _config(scene, steps, seed, recipe or Recipe(), minutes)
-    numbered = numbered_in(home)
-    same = [] if again else [path for path in numbered if _holds(path, config)]
-    return same[-1] if same else home / f"{int(numbered[-1].name) + 1 if numbered else 1:03d}"
-
-
-def _holds(path: Path, config: TrainingConfig) -> bool:
-    try:
-        existing = TrainingFolder(path).read("config.json", TrainingConfig)
-    except (FileNotFoundError, UserError):  # no training, or one of a version with other settings
-        return False
-    return not _differences(existing, config)
-
-
-def _config(scene: TaskScene, steps: int, seed: int, recipe: Recipe, minutes: float | None = None) -> TrainingConfig:
-    goal = scene.task.goal if isinstance(scene.task, GoalTask) else None
-    return TrainingConfig(
-        task=scene.task.name,
-        goal=goal,
-        goal_version=GOAL_VERSION if goal else None,
-        level=scene.task.level,
-        benchmark_version=BENCHMARK_VERSION,
-        steps=steps,
-        seed=seed,
-        recipe=recipe,
-        groups=scene.actions.groups,
-        groups_from=scene.actions.groups_from,
-        scene_sha256=scene.fingerprint,
-        minutes=minutes,
-        versions={package: version(package) for package in _PACKAGES},
-    )
-
-
-def _finished(home: TrainingFolder, config: TrainingConfig) -> TrainingResult | None:
-    """Return how the training in this folder ended; None where it has not been started or is to be resumed.
-
-    Raises:
-        FolderInUseError: The folder holds another training.
-    """
-    if not (home / "config.json").exists():
-        return None
-    differing = _differences(home.read("config.json", TrainingConfig), config)
-    if differing:
-        raise FolderInUseError(
-            f"{home.path} holds a training that differs in {', '.join(differing)}; use another folder, or the same "
-            "settings to resume it"
-        )
-    return home.read("training.json", TrainingResult) if (home / "training.json").exists() else None
-
-
-def _differences(existing: TrainingConfig, requested: TrainingConfig) -> list[str]:
-    """Return in which fields two trainings differ, versions of libraries and what a probe found aside."""
-    found = {"motion", "motion_share", "probe_steps", "probe_s"}
-    names = TrainingConfig.model_fields.keys() - {"versions", "recipe"} - found
-    differing = [name for name in names if getattr(existing, name) != getattr(requested, name)]
-    same_recipe = existing.recipe.as_asked() == requested.recipe.as_asked()
-    return sorted(differing if same_recipe else [*differing, "recipe"])
 
 
 class _Training:

@@ -14,14 +14,12 @@ from typing import Any, Literal, TypeVar
 
 from pydantic import ValidationError
 
-from aidsr.core.artifacts import ActuatorGroup, Artifact
+from aidsr.core.artifacts import Artifact
 from aidsr.core.directory_lock import DirectoryLock
 from aidsr.core.errors import UserError
+from aidsr.core.numbered import numbered_in
 from aidsr.core.storage_errors import storage_errors
-from aidsr.learn.episodes.actions import GroupsFrom
-from aidsr.learn.rl.recipe import Recipe
-from aidsr.tasks import Level
-from aidsr.tasks.goals import AnyGoal
+from aidsr.learn.rl.training_config import TrainingConfig
 
 Written = TypeVar("Written", bound=Artifact)
 
@@ -31,46 +29,6 @@ Stopped = Literal["budget", "saturated", "time", "hopeless"]
 
 class FolderInUseError(UserError):
     """A folder holds another training, or another process trains, judges or films in it."""
-
-
-class TrainingConfig(Artifact):
-    """Settings of a training, enough to repeat it."""
-
-    task: str
-    goal: AnyGoal | None = None
-    """Where the task is one that a goal makes of an environment."""
-    goal_version: int | None = None
-    """Of what goals measured then; None for a task, and for goals of before there were versions."""
-    level: Level
-    benchmark_version: int
-    steps: int
-    seed: int
-    recipe: Recipe
-    groups: tuple[ActuatorGroup, ...]
-    """What each number of an action drives."""
-    groups_from: GroupsFrom
-    scene_sha256: str
-    minutes: float | None = None
-    """Budget of wall time, where there is one; what it cuts short, another run does not repeat step by step."""
-    versions: dict[str, str]
-    motion: str = ""
-    """Script of the motion that a policy of SAC has to beat, where a probe found one (`recipe.from_probe`); known once
-    that is done, as what follows. Where it won, it is `recipe.script`."""
-    motion_share: float = 0.0
-    """Share of development episodes that it wins."""
-    probe_steps: int = 0
-    """Control steps of that search, which are not among `steps`."""
-    probe_s: float = 0.0
-    """Its wall time, with which that of the training begins."""
-
-    @property
-    def plays_the_motion(self) -> bool:
-        """Whether the policy is that motion."""
-        return bool(self.motion) and self.recipe.script == self.motion
-
-    def with_the_motion(self) -> TrainingConfig:
-        """Return the settings of a policy that plays the motion."""
-        return self.model_copy(update={"recipe": self.recipe.model_copy(update={"script": self.motion})})
 
 
 class TrainingResult(Artifact):
@@ -155,6 +113,25 @@ class TrainingFolder:
                 f"{self.path} to train there, or train again, into the next folder"
             ) from None
 
+    def finished(self, config: TrainingConfig) -> TrainingResult | None:
+        """Return how this training ended; None where it has not been started or is to be resumed.
+
+        Args:
+            config: What is asked.
+
+        Raises:
+            FolderInUseError: The folder holds another training.
+        """
+        if not (self.path / "config.json").exists():
+            return None
+        differing = self.read("config.json", TrainingConfig).differences(config)
+        if differing:
+            raise FolderInUseError(
+                f"{self.path} holds a training that differs in {', '.join(differing)}; use another folder, or the "
+                "same settings to resume it"
+            )
+        return self.read("training.json", TrainingResult) if (self.path / "training.json").exists() else None
+
     @contextmanager
     def locked(self) -> Iterator[None]:
         """Lock the folder, created if absent, while this process trains, judges or films in it.
@@ -200,3 +177,21 @@ class TrainingFolder:
     def remove_folder(self, name: str) -> None:
         """Remove a folder of this training's."""
         shutil.rmtree(self.path / name)
+
+
+def folder_for(home: Path, config: TrainingConfig, *, again: bool = False) -> Path:
+    """Return the last of the folders 001, 002 … under `home` that holds the very same training, else the next one.
+
+    It may be unfinished; with `again` it is the next one in any case.
+    """
+    numbered = numbered_in(home)
+    same = [] if again else [path for path in numbered if _holds(path, config)]
+    return same[-1] if same else home / f"{int(numbered[-1].name) + 1 if numbered else 1:03d}"
+
+
+def _holds(path: Path, config: TrainingConfig) -> bool:
+    try:
+        existing = TrainingFolder(path).read("config.json", TrainingConfig)
+    except (FileNotFoundError, UserError):  # no training, or one of a version with other settings
+        return False
+    return not existing.differences(config)

@@ -1,0 +1,91 @@
+"""What is asked of a training: enough to repeat it, and to tell it from another."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Self
+
+from aidsr.core.artifacts import ActuatorGroup, Artifact
+from aidsr.learn.episodes.actions import GroupsFrom
+from aidsr.learn.rl.recipe import Recipe
+from aidsr.tasks import BENCHMARK_VERSION, GoalTask, Level
+from aidsr.tasks.goals import GOAL_VERSION, AnyGoal
+
+if TYPE_CHECKING:
+    from aidsr.learn.episodes.scene import TaskScene
+
+BUDGET_STEPS = 300_000
+"""Control steps, the same for every design and task. Source: docs/tasks.md, budget v1."""
+
+_PACKAGES = ("aidsr", "mujoco", "numpy", "torch", "stable-baselines3", "gymnasium")
+_FOUND = {"motion", "motion_share", "probe_steps", "probe_s"}
+"""Fields that a probe fills in, after the training was asked for."""
+
+
+class TrainingConfig(Artifact):
+    """Settings of a training, enough to repeat it."""
+
+    task: str
+    goal: AnyGoal | None = None
+    """Where the task is one that a goal makes of an environment."""
+    goal_version: int | None = None
+    """Of what goals measured then; None for a task, and for goals of before there were versions."""
+    level: Level
+    benchmark_version: int
+    steps: int
+    seed: int
+    recipe: Recipe
+    groups: tuple[ActuatorGroup, ...]
+    """What each number of an action drives."""
+    groups_from: GroupsFrom
+    scene_sha256: str
+    minutes: float | None = None
+    """Budget of wall time, where there is one; what it cuts short, another run does not repeat step by step."""
+    versions: dict[str, str]
+    motion: str = ""
+    """Script of the motion that a policy of SAC has to beat, where a probe found one (`recipe.from_probe`); known once
+    that is done, as what follows. Where it won, it is `recipe.script`."""
+    motion_share: float = 0.0
+    """Share of development episodes that it wins."""
+    probe_steps: int = 0
+    """Control steps of that search, which are not among `steps`."""
+    probe_s: float = 0.0
+    """Its wall time, with which that of the training begins."""
+
+    @property
+    def plays_the_motion(self) -> bool:
+        """Whether the policy is that motion."""
+        return bool(self.motion) and self.recipe.script == self.motion
+
+    def with_the_motion(self) -> TrainingConfig:
+        """Return the settings of a policy that plays the motion."""
+        return self.model_copy(update={"recipe": self.recipe.model_copy(update={"script": self.motion})})
+
+    @classmethod
+    def of(
+        cls, scene: TaskScene, *, steps: int, seed: int, recipe: Recipe | None = None, minutes: float | None = None
+    ) -> Self:
+        """Return the settings of a training in a scene; the recipe is that of the paper unless given."""
+        goal = scene.task.goal if isinstance(scene.task, GoalTask) else None
+        return cls(
+            task=scene.task.name,
+            goal=goal,
+            goal_version=GOAL_VERSION if goal else None,
+            level=scene.task.level,
+            benchmark_version=BENCHMARK_VERSION,
+            steps=steps,
+            seed=seed,
+            recipe=recipe or Recipe(),
+            groups=scene.actions.groups,
+            groups_from=scene.actions.groups_from,
+            scene_sha256=scene.fingerprint,
+            minutes=minutes,
+            versions={package: version(package) for package in _PACKAGES},
+        )
+
+    def differences(self, other: TrainingConfig) -> list[str]:
+        """Return in which fields two trainings differ, versions of libraries and what a probe found aside."""
+        names = TrainingConfig.model_fields.keys() - {"versions", "recipe"} - _FOUND
+        differing = [name for name in names if getattr(self, name) != getattr(other, name)]
+        same_recipe = self.recipe.as_asked() == other.recipe.as_asked()
+        return sorted(differing if same_recipe else [*differing, "recipe"])
