@@ -336,6 +336,12 @@ def table(rows: Sequence[Row], floors: Sequence[Floor] = ()) -> str:
         "For reference, the paper reports 151,000 tokens a design and 26.7 % successful: "
         f"{PAPER_TOKENS_A_SUCCESS:,.0f} tokens a successful design, on tasks that are not public.",
         "",
+        "## Successful designs by task",
+        "",
+        *_matrix(rows),
+        "",
+        "## Every design",
+        "",
         "| task | arm | concept | outcome | valid | successful | episodes won | progress | perturbed, kept | "
         "floor | motion | iterations | calls | tokens | designing, wall s |",
         "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|",
@@ -363,6 +369,16 @@ def _summary(arm: str, rows: Sequence[Row]) -> str:
         f"{_rate(row.successful for row in rows)} | {tokens / len(rows):,.0f} | "
         f"{fmean(row.calls for row in rows):.1f} | {f'{tokens / won:,.0f}' if won else 'none succeeded'} |"
     )
+
+
+def _matrix(rows: Sequence[Row]) -> list[str]:
+    """Return how many designs of each task succeed, by arm."""
+    arms = _unique(row.arm for row in rows)
+    lines = [f"| task | {' | '.join(arms)} |", "|---" * (1 + len(arms)) + "|"]
+    for task in sorted({row.task for row in rows}):
+        won = [[row.successful for row in rows if (row.task, row.arm) == (task, arm)] for arm in arms]
+        lines.append(f"| {task} | {' | '.join(f'{sum(each)} of {len(each)}' if each else '' for each in won)} |")
+    return lines
 
 
 def _rate(values: Iterable[bool]) -> str:
