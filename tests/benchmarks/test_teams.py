@@ -42,7 +42,7 @@ def cells(line: str) -> list[str]:
 
 
 def titled(page: str, title: str) -> dict[str, str]:
-    """The first row of the table whose first column has this title."""
+    """The first row of the table whose head begins like this."""
     lines = page.splitlines()
     head = next(i for i, line in enumerate(lines) if line.startswith(f"| {title} |"))
     return dict(zip(cells(lines[head]), cells(lines[head + 2]), strict=True))
@@ -59,7 +59,7 @@ def test_a_design_that_was_not_approved_counts_as_a_failure_and_its_tokens_count
     ("facts", "told"), [({}, ""), ({"script": "both: 1"}, "script"), ({"motion": True}, "of the probe")]
 )
 def test_what_a_policy_began_with_is_told(facts: dict[str, object], told: str) -> None:
-    assert titled(table([row(1, **facts)]), "task")["motion"] == told
+    assert titled(table([row(1, **facts)]), "task | arm")["motion"] == told
 
 
 def test_an_arm_without_a_success_has_no_tokens_a_success() -> None:
@@ -68,9 +68,9 @@ def test_an_arm_without_a_success_has_no_tokens_a_success() -> None:
 
 def test_the_floor_is_the_most_that_an_untrained_policy_wins_in_the_same_scene() -> None:
     floor = Floor(scene_sha256="a", wins={"idle": 0, "constant": 3, "random 25 Hz": 1}, episodes=20, commit="c")
-    assert titled(table([WON], [floor]), "task")["floor"] == "15%"
-    assert titled(table([WON], [floor.model_copy(update={"scene_sha256": "b"})]), "task")["floor"] == ""
-    assert titled(table([WON]), "task")["perturbed, kept"] == "95%"
+    assert titled(table([WON], [floor]), "task | arm")["floor"] == "15%"
+    assert titled(table([WON], [floor.model_copy(update={"scene_sha256": "b"})]), "task | arm")["floor"] == ""
+    assert titled(table([WON]), "task | arm")["perturbed, kept"] == "95%"
 
 
 def test_a_success_of_before_a_task_changed_does_not_count() -> None:

@@ -6,7 +6,7 @@ import os
 import subprocess
 import sys
 import zipfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 from typing import ClassVar
@@ -17,15 +17,17 @@ import pytest
 pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
 import torch
+from gymnasium import spaces
 from stable_baselines3 import SAC
 
 from aidsr.core.errors import UserError
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.rl import training
+from aidsr.learn.rl.averaged_policy import AveragedPolicy
 from aidsr.learn.rl.callbacks import History
 from aidsr.learn.rl.fused_adam import FusedAdam
-from aidsr.learn.rl.policy import TrainedPolicy, without_critics
+from aidsr.learn.rl.policy import Normalisation, TrainedPolicy, without_learning
 from aidsr.learn.rl.recipe import PROTOCOLS, Recipe, recipe_of
 from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
 from aidsr.learn.rl.trained import FinishedTraining, evaluate_training
@@ -41,6 +43,7 @@ SMALL = Recipe(
     batch_size=32,
     hidden_sizes=(16, 16),
     updates=2,
+    average_rate=0.25,
     noiseless_simulations=2,
 )
 STEPS = 1_200
@@ -105,17 +108,6 @@ class WonAtFirst(TwoSided):
     def is_success(self, readings, state):
         type(self).played += readings.n == SMALL.simulations
         return np.full(readings.n, readings.n == SMALL.simulations and self.played < 160)
-
-    def is_failure(self, readings, state):
-        return np.zeros(readings.n, dtype=bool)
-
-
-@dataclass(frozen=True)
-class WonByTheScript(TwoSided):
-    """Won, but for one of ten episodes, while nothing is learned yet: in batches of another size than in training."""
-
-    def is_success(self, readings, state):
-        return np.full(readings.n, readings.n != SMALL.simulations) & (np.arange(readings.n) % 10 > 0)
 
     def is_failure(self, readings, state):
         return np.zeros(readings.n, dtype=bool)
@@ -208,15 +200,40 @@ def test_an_update_is_that_of_stable_baselines3(tmp_path, monkeypatch):
         torch.manual_seed(1)
         np.random.seed(1)  # noqa: NPY002 - what the memory draws by
         train(model, 10, 32)
-        return {name: value.clone() for name, value in model.policy.state_dict().items()} | {
-            "weight": model.log_ent_coef.detach().clone()
-        }
+        networks = {name: value.clone() for name, value in model.policy.state_dict().items()}
+        learned = {name: value for name, value in networks.items() if not name.startswith("averaged.")}
+        return learned | {"weight": model.log_ent_coef.detach().clone()}
 
     before = copy.deepcopy(model.get_parameters())
     ours, theirs = updated(SoftActorCritic.train), updated(SAC.train)
     unchanged = before["policy"]
     assert all(torch.allclose(ours[name], theirs[name], atol=2e-6) for name in theirs)
-    assert max(float((theirs[name] - unchanged[name]).abs().max()) for name in unchanged) > 5e-4
+    assert max(float((theirs[name] - unchanged[name]).abs().max()) for name in theirs if name != "weight") > 5e-4
+
+
+def test_the_average_moves_to_the_actor_and_nothing_is_learned_by_it():
+    box = spaces.Box(-1.0, 1.0, (2,), np.float32)
+    policy = AveragedPolicy(box, box, lambda _: 1e-3, net_arch=[4])
+    start = [value.clone() for value in policy.averaged.parameters()]
+    assert not any(value.requires_grad for value in policy.averaged.parameters())
+    with torch.no_grad():
+        for value in policy.actor.parameters():
+            value += 1.0
+    for expected in (1 / 4, 7 / 16):
+        policy.average(0.25)
+        moved = [value - before for value, before in zip(policy.averaged.parameters(), start, strict=True)]
+        assert all(torch.allclose(each, torch.full_like(each, expected)) for each in moved)
+    policy.average(1.0)
+    assert all(map(torch.equal, policy.averaged.parameters(), policy.actor.parameters()))
+
+
+def test_the_average_of_the_actors_is_what_is_kept(tmp_path):
+    trained(tmp_path)
+    with zipfile.ZipFile(tmp_path / "policy.zip") as archive:
+        weights = torch.load(archive.open("policy.pth"), weights_only=True)
+    kept = policy_of(tmp_path).network.state_dict()
+    assert all(torch.equal(value, weights[f"averaged.{name}"]) for name, value in kept.items())
+    assert not all(torch.allclose(value, weights[f"actor.{name}"], atol=1e-4) for name, value in kept.items())
 
 
 def test_torch_does_not_load_its_compiler_to_learn(tmp_path):
@@ -272,7 +289,7 @@ def test_the_first_simulations_act_without_noise(tmp_path, monkeypatch):
     def noted(model, learning_starts, *rest):
         action, stored = sample(model, learning_starts, *rest)
         assert np.array_equal(action, stored)
-        best, _ = model.predict(model._last_obs, deterministic=True)
+        best, _ = model.policy.averaged.predict(model._last_obs, deterministic=True)
         acted.append((model.num_timesteps >= learning_starts, np.isclose(action, best, atol=1e-5).all(axis=1)))
         return action, stored
 
@@ -287,12 +304,14 @@ def test_the_first_simulations_act_without_noise(tmp_path, monkeypatch):
 
 def test_a_test_for_saturation_is_paid_from_the_budget(tmp_path):
     result = trained(tmp_path, WonTogether, steps=6_000)
-    tests = [event for event in events(tmp_path) if event["kind"] == "tested"]
-    assert {event["success_share"] for event in tests} == {0.0}
+    tested = [event for event in events(tmp_path) if event["kind"] == "tested"]
+    tests = [event for event in tested if event["steps"] < result.steps]
+    assert {event["success_share"] for event in tested} == {0.0}
     assert 2 <= len(tests) <= 4, "learning takes four times as many steps as they do"
-    assert (result.stopped, result.success_share) == ("budget", 1.0)
-    # each step of the eight simulations ends an episode; a test plays twenty of 24 steps
-    played = result.episodes * SMALL.hold_steps
+    assert len(tested) - len(tests) == 2, "at the end, of the last policy and of the best"
+    assert (result.stopped, result.success_share) == ("budget", 0.0)
+    # each step of the eight simulations ends an episode; a test plays twenty of 24 steps, those at the end are not paid
+    played = (result.episodes - 20) * SMALL.hold_steps
     assert result.steps - played > 0.8 * len(tests) * 20 * 24
 
 
@@ -330,30 +349,49 @@ def test_a_saturated_training_ends_before_its_budget(tmp_path):
     assert result.steps < 5_000
 
 
+class Told:
+    """Lets the policies that seemed best win a share of their tests, and any others another share."""
+
+    def __init__(self, monkeypatch, best: float, others: float) -> None:
+        self.kept: list[str] = []
+        self._keep, self._test = training._Training._keep_best, training._Training._tested
+        self._shares = {True: best, False: others}
+        monkeypatch.setattr(training._Training, "_keep_best", lambda learning: self.keep(learning))
+        monkeypatch.setattr(training._Training, "_tested", lambda *asked: self.tested(*asked))
+
+    def _fingerprint(self, learning) -> str:
+        return TrainedPolicy.of(learning.model.policy, Normalisation.of(learning.normalised)).fingerprint
+
+    def keep(self, learning) -> None:
+        self._keep(learning)
+        self.kept.append(self._fingerprint(learning))
+
+    def tested(self, learning, variations):
+        course, share = self._test(learning, variations), self._shares[self._fingerprint(learning) in self.kept]
+        return replace(course, success=np.arange(course.success.size) < share * course.success.size)
+
+
 @pytest.mark.parametrize("killed", [False, True])
-def test_of_a_policy_that_falls_again_the_best_is_kept(tmp_path, monkeypatch, killed):
-    """Also after a kill: what was best is part of a checkpoint."""
-    kept, keep = [], training._Training._keep_best
-
-    def noted(self):
-        keep(self)
-        kept.append(TrainedPolicy.of(self.model.policy, self._best.normalisation).fingerprint)
-
-    monkeypatch.setattr(training._Training, "_keep_best", noted)
+def test_the_policy_that_seemed_best_is_kept_if_it_wins_more_fresh_episodes(tmp_path, monkeypatch, killed):
+    """Also after a kill: it is part of a checkpoint."""
+    told = Told(monkeypatch, best=0.75, others=0.25)
     WonAtFirst.played = 0
     if killed:
         with pytest.raises(KeyboardInterrupt):
             trained(tmp_path, WonAtFirst, steps=6_000, listen=at(4_500, KeyboardInterrupt))
-    result = trained(tmp_path, WonAtFirst, steps=6_000)
-    assert result.success_share == 0.0
+    assert trained(tmp_path, WonAtFirst, steps=6_000).success_share == 0.75
     restored = next(event for event in events(tmp_path) if event["kind"] == "restored")
-    assert restored["best"] >= 0.5
-    assert policy_of(tmp_path).fingerprint == kept[-1]
+    assert (restored["success_share"], restored["best"]) == (0.25, 0.75)
+    assert policy_of(tmp_path).fingerprint == told.kept[-1]
 
 
-def test_a_policy_that_does_not_fall_is_kept_as_it_ends(tmp_path):
-    assert trained(tmp_path, WonTogether, steps=2_000).success_share == 1.0
+@pytest.mark.parametrize("others", [0.25, 0.5])
+def test_the_last_policy_is_kept_if_none_wins_more(tmp_path, monkeypatch, others):
+    told = Told(monkeypatch, best=0.25, others=others)
+    WonAtFirst.played = 0
+    assert trained(tmp_path, WonAtFirst, steps=6_000).success_share == others
     assert "restored" not in [event["kind"] for event in events(tmp_path)]
+    assert policy_of(tmp_path).fingerprint not in told.kept
 
 
 def test_wall_time_ends_a_training(tmp_path):
@@ -416,10 +454,11 @@ def test_what_is_learned_from_a_script_goes_on_after_a_kill(tmp_path):
     assert [event["kind"] for event in events(tmp_path)].count("tested") == 1
 
 
-def test_where_learning_makes_a_script_worse_it_is_kept(tmp_path):
-    result = trained(tmp_path, WonByTheScript, recipe=beginning_with(BENDS), steps=3_000)
-    assert result.success_share == 0.0
-    assert [event["best"] for event in events(tmp_path) if event["kind"] == "restored"] == [0.9]
+def test_where_learning_makes_a_script_worse_it_is_kept(tmp_path, monkeypatch):
+    told = Told(monkeypatch, best=0.9, others=0.5)
+    result = trained(tmp_path, NeverWon, recipe=beginning_with(BENDS), steps=3_000)
+    assert result.success_share == 0.9
+    assert policy_of(tmp_path).fingerprint in told.kept
 
 
 def test_a_script_for_another_scene_is_refused_before_anything_is_written(tmp_path):
@@ -460,7 +499,7 @@ def test_a_policy_without_its_critics_is_the_same_policy(tmp_path):
     whole = policy_of(tmp_path)
     with zipfile.ZipFile(tmp_path / "policy.zip") as archive:
         weights = archive.read("policy.pth")
-    small = without_critics(weights)
+    small = without_learning(weights)
     with zipfile.ZipFile(tmp_path / "policy.zip", "w") as archive:
         archive.writestr("policy.pth", small)
     again = policy_of(tmp_path)

@@ -38,12 +38,12 @@ DEVELOPMENT = 2**31
 """Development variations to sample from: so many that a policy learns the task, not a few scenes. Those from this index
 on are never sampled."""
 
-_SATURATION_EPISODES = 20
-"""Development episodes that say whether training is saturated."""
+_TEST_EPISODES = 20
+"""Development episodes that say whether training is saturated, and which policy is kept."""
 
-_FALL = 0.2
-"""Drop of the success share, from its best to the end of the budget, with which the best policy is kept instead of the
-last. Our choice: twice the standard error of 20 episodes."""
+_CLEARLY = 0.2
+"""By how much more of these a motion has to win to be kept instead of what was learned. Our choice: twice the standard
+error of 20 episodes."""
 
 
 def train(
@@ -156,8 +156,6 @@ class _Training:
         # a resumed training must not sample the same episodes a second time
         self.rng = np.random.default_rng([config.seed, self.history.steps])
         self._best: Snapshot | None = None
-        self.share = 0.0
-        """Of fresh variations that the policy wins, where it has a motion to beat."""
         self._structure = read_structure(scene.model)
         first = [self._sample_variation() for _ in range(recipe.simulations)]
         self.env = BatchedVecEnv(self._episodes(first), self._sample_variation, patience_s=recipe.patience_s)
@@ -259,21 +257,57 @@ class _Training:
             return "saturated"
         if callback.is_hopeless:
             return "hopeless"
-        if self._best is not None and history.success_share <= history.best_share - _FALL:
-            self.home.log_event("restored", success_share=history.success_share, best=history.best_share)
-            self._best.restore(self.model.policy, self.normalised)
+        self._keep_better()
         return "time" if history.wall_s >= self.most_s else "budget"
+
+    def _keep_better(self) -> None:
+        """Keep the last policy, or the one that seemed best if it wins more of the same fresh variations.
+
+        What it wins of these is what is told: the largest of many shares flatters.
+        """
+        from aidsr.learn.rl.snapshot import Snapshot
+
+        if self.config.recipe.algorithm == "ppo" or not self.history.won:
+            return
+        variations = self._fresh_variations()
+        kept = self._tested(variations)
+        if self._best is not None:
+            last = Snapshot.of(self.model.policy, self.normalised)
+            self._best.restore(self.model.policy, self.normalised)
+            best = self._tested(variations)
+            shares = {"success_share": float(kept.success.mean()), "best": float(best.success.mean())}
+            if shares["best"] > shares["success_share"]:
+                self.home.log_event("restored", **shares)
+                kept = best
+            else:
+                last.restore(self.model.policy, self.normalised)
+        self._tell(kept)
+
+    def _tell(self, course: EpisodeOutcomes) -> None:
+        """Let these episodes be the success that is shown, as a point of the curve."""
+        from aidsr.learn.rl.callbacks import append_to_curve
+
+        history = self.history
+        history.recent.clear()
+        for row in range(_TEST_EPISODES):
+            history.count_outcome(course, row)
+        point = history.point(history.steps / max(history.wall_s, 1e-9))
+        append_to_curve(self.home, point)
+        self.listen(point)
 
     def is_beaten(self, stopped: Stopped) -> bool:
         """Return whether the motion that was searched wins more than what was learned, by more than chance.
 
-        Both are asked in fresh variations: of training's own episodes those that are lost last longer, so that too few
-        of them are among the last that ended.
+        Both were asked in fresh variations, unless nothing was ever won.
         """
         if not self.config.motion or stopped == "saturated":
             return False
-        self.share = float(self._tested().success.mean())
-        return self.share <= self.config.motion_share - _FALL
+        return self.share <= self.config.motion_share - _CLEARLY
+
+    @property
+    def share(self) -> float:
+        """Of fresh variations that were won at the end, 0 where nothing was ever won."""
+        return self.history.success_share if self.history.won else 0.0
 
     def play_the_motion(self, learned: History) -> None:
         """Be the policy that plays the motion as it is, after all that was learned."""
@@ -288,17 +322,20 @@ class _Training:
 
     def _saturated(self) -> bool:
         """Whether the policy without noise succeeds at fresh development variations."""
-        share = float(self._tested().success.mean())
+        share = float(self._tested(self._fresh_variations()).success.mean())
         is_saturated = share >= self.config.recipe.saturation
         # the one step that is still taken must not change what was tested
         self.normalised.training = not is_saturated
         return is_saturated
 
-    def _tested(self) -> EpisodeOutcomes:
-        """Let the policy play fresh development variations without noise, and return how they went."""
+    def _fresh_variations(self) -> list[Variation]:
+        return [self._sample_variation() for _ in range(_TEST_EPISODES)]
+
+    def _tested(self, variations: list[Variation]) -> EpisodeOutcomes:
+        """Let the policy play variations without noise, and return how they went."""
         policy = TrainedPolicy.of(self.model.policy, Normalisation.of(self.normalised))
         self.model.policy.set_training_mode(False)
-        course = rollout(self._episodes([self._sample_variation() for _ in range(_SATURATION_EPISODES)]), policy)
+        course = rollout(self._episodes(variations), policy)
         if self.config.recipe.algorithm == "sac":  # pays for it from the budget; that of the paper is left as it was
             action_s = self.scene.task.control_dt_s * self.config.recipe.hold_steps
             self.model.num_timesteps += round(float(course.time_s.sum()) / action_s)
@@ -310,22 +347,17 @@ class _Training:
 
         If it does not, it is what the policy falls back on where learning makes it worse.
         """
-        from aidsr.learn.rl.callbacks import append_to_curve
         from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
 
         history, began = self.history, time.perf_counter()
-        course = self._tested()
-        for row in range(_SATURATION_EPISODES):
-            history.count_outcome(course, row)
+        course = self._tested(self._fresh_variations())
         assert isinstance(self.model, SoftActorCritic)  # the recipe refuses another
         self.model.learning_starts += self.model.num_timesteps  # these steps taught it nothing
         history.wall_s += time.perf_counter() - began
         history.steps = self.model.num_timesteps * self.config.recipe.hold_steps
+        self._tell(course)
         history.best_share = history.success_share
         self._keep_best()
-        point = history.point(history.steps / max(history.wall_s, 1e-9))
-        append_to_curve(self.home, point)
-        self.listen(point)
         return history.success_share >= self.config.recipe.saturation
 
     def _checkpoint(self) -> None:
