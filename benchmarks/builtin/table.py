@@ -36,7 +36,7 @@ from aidsr.core.errors import UserError
 from aidsr.core.provenance import commit, processor
 from aidsr.core.rates import Rate
 from aidsr.learn.rl.evaluation import VERDICT_EPISODES
-from aidsr.learn.rl.policy import without_learning
+from aidsr.learn.rl.policy import without_critics
 from aidsr.learn.rl.recipe import PROTOCOLS, Recipe
 from aidsr.learn.rl.training_config import BUDGET_STEPS
 from aidsr.learn.rl.training_folder import TrainingFolder
@@ -217,7 +217,7 @@ def publish(study: Study, folder: Path) -> None:
                 replace_file(target / name, (home / name).read_bytes())
             with zipfile.ZipFile(home / "policy.zip") as trained, io.BytesIO() as weights:
                 with zipfile.ZipFile(weights, "w", zipfile.ZIP_DEFLATED) as archive:
-                    archive.writestr(zipfile.ZipInfo("policy.pth"), without_learning(trained.read("policy.pth")))
+                    archive.writestr(zipfile.ZipInfo("policy.pth"), without_critics(trained.read("policy.pth")))
                 replace_file(target / "policy.zip", weights.getvalue())
 
 

@@ -17,17 +17,15 @@ import pytest
 pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
 import torch
-from gymnasium import spaces
 from stable_baselines3 import SAC
 
 from aidsr.core.errors import UserError
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.rl import training
-from aidsr.learn.rl.averaged_policy import AveragedPolicy
 from aidsr.learn.rl.callbacks import History
 from aidsr.learn.rl.fused_adam import FusedAdam
-from aidsr.learn.rl.policy import Normalisation, TrainedPolicy, without_learning
+from aidsr.learn.rl.policy import Normalisation, TrainedPolicy, without_critics
 from aidsr.learn.rl.recipe import PROTOCOLS, Recipe, recipe_of
 from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
 from aidsr.learn.rl.trained import FinishedTraining, evaluate_training
@@ -43,7 +41,6 @@ SMALL = Recipe(
     batch_size=32,
     hidden_sizes=(16, 16),
     updates=2,
-    average_rate=0.25,
     noiseless_simulations=2,
 )
 STEPS = 1_200
@@ -200,40 +197,15 @@ def test_an_update_is_that_of_stable_baselines3(tmp_path, monkeypatch):
         torch.manual_seed(1)
         np.random.seed(1)  # noqa: NPY002 - what the memory draws by
         train(model, 10, 32)
-        networks = {name: value.clone() for name, value in model.policy.state_dict().items()}
-        learned = {name: value for name, value in networks.items() if not name.startswith("averaged.")}
-        return learned | {"weight": model.log_ent_coef.detach().clone()}
+        return {name: value.clone() for name, value in model.policy.state_dict().items()} | {
+            "weight": model.log_ent_coef.detach().clone()
+        }
 
     before = copy.deepcopy(model.get_parameters())
     ours, theirs = updated(SoftActorCritic.train), updated(SAC.train)
     unchanged = before["policy"]
     assert all(torch.allclose(ours[name], theirs[name], atol=2e-6) for name in theirs)
-    assert max(float((theirs[name] - unchanged[name]).abs().max()) for name in theirs if name != "weight") > 5e-4
-
-
-def test_the_average_moves_to_the_actor_and_nothing_is_learned_by_it():
-    box = spaces.Box(-1.0, 1.0, (2,), np.float32)
-    policy = AveragedPolicy(box, box, lambda _: 1e-3, net_arch=[4])
-    start = [value.clone() for value in policy.averaged.parameters()]
-    assert not any(value.requires_grad for value in policy.averaged.parameters())
-    with torch.no_grad():
-        for value in policy.actor.parameters():
-            value += 1.0
-    for expected in (1 / 4, 7 / 16):
-        policy.average(0.25)
-        moved = [value - before for value, before in zip(policy.averaged.parameters(), start, strict=True)]
-        assert all(torch.allclose(each, torch.full_like(each, expected)) for each in moved)
-    policy.average(1.0)
-    assert all(map(torch.equal, policy.averaged.parameters(), policy.actor.parameters()))
-
-
-def test_the_average_of_the_actors_is_what_is_kept(tmp_path):
-    trained(tmp_path)
-    with zipfile.ZipFile(tmp_path / "policy.zip") as archive:
-        weights = torch.load(archive.open("policy.pth"), weights_only=True)
-    kept = policy_of(tmp_path).network.state_dict()
-    assert all(torch.equal(value, weights[f"averaged.{name}"]) for name, value in kept.items())
-    assert not all(torch.allclose(value, weights[f"actor.{name}"], atol=1e-4) for name, value in kept.items())
+    assert max(float((theirs[name] - unchanged[name]).abs().max()) for name in unchanged) > 5e-4
 
 
 def test_torch_does_not_load_its_compiler_to_learn(tmp_path):
@@ -289,7 +261,7 @@ def test_the_first_simulations_act_without_noise(tmp_path, monkeypatch):
     def noted(model, learning_starts, *rest):
         action, stored = sample(model, learning_starts, *rest)
         assert np.array_equal(action, stored)
-        best, _ = model.policy.averaged.predict(model._last_obs, deterministic=True)
+        best, _ = model.predict(model._last_obs, deterministic=True)
         acted.append((model.num_timesteps >= learning_starts, np.isclose(action, best, atol=1e-5).all(axis=1)))
         return action, stored
 
@@ -499,7 +471,7 @@ def test_a_policy_without_its_critics_is_the_same_policy(tmp_path):
     whole = policy_of(tmp_path)
     with zipfile.ZipFile(tmp_path / "policy.zip") as archive:
         weights = archive.read("policy.pth")
-    small = without_learning(weights)
+    small = without_critics(weights)
     with zipfile.ZipFile(tmp_path / "policy.zip", "w") as archive:
         archive.writestr("policy.pth", small)
     again = policy_of(tmp_path)

@@ -28,9 +28,8 @@ if TYPE_CHECKING:
 
 _MAX_BYTES = 64 * 2**20
 """Bytes of a policy, unpacked, and of its normalisation. Our choice: a hundred times what a usual network takes."""
-_ACTORS, _CRITICS = ("averaged.", "actor."), ("critic.", "critic_target.")
-"""What the names of the weights of soft actor-critic begin with: of what acts, where the first is there that alone, and
-of the critics."""
+_ACTOR, _CRITICS = "actor.", ("critic.", "critic_target.")
+"""What the weights of a policy of soft actor-critic begin with in Stable-Baselines3."""
 _UNREADABLE = (ValueError, TypeError, RuntimeError, EOFError, RecursionError, NotImplementedError, UnpicklingError)
 """What reading weights and JSON raises when they are none; the first is also that of JSON and of text."""
 
@@ -136,7 +135,7 @@ class TrainedPolicy:
     """Acts without noise."""
 
     network: BasePolicy
-    """What acts: the averaged actor of soft actor-critic, without its critics; the whole policy of PPO."""
+    """What acts: the actor of soft actor-critic, without its critics; the whole policy of PPO."""
     normalisation: Normalisation
 
     @classmethod
@@ -144,10 +143,6 @@ class TrainedPolicy:
         """Return the part of a policy of Stable-Baselines3 that acts."""
         from stable_baselines3.sac.policies import SACPolicy
 
-        from aidsr.learn.rl.averaged_policy import AveragedPolicy
-
-        if isinstance(policy, AveragedPolicy):
-            return cls(policy.averaged, normalisation)
         return cls(policy.actor if isinstance(policy, SACPolicy) else policy, normalisation)
 
     def act(self, observation: NDArray[np.floating]) -> FloatArray:
@@ -218,20 +213,16 @@ class _NoOptimizer:
 
 
 def _that_act(weights: dict[str, Any]) -> dict[str, Any]:
-    """Return the weights of what acts in soft actor-critic, under the names that an actor has for them; else all."""
-    for prefix in _ACTORS:  # a policy of before there was an average has none
-        if acting := {name.removeprefix(prefix): each for name, each in weights.items() if name.startswith(prefix)}:
-            return acting
-    return weights
+    """Return the weights of the actor where there is one, under the names that it has for them; else all."""
+    of_actor = {name.removeprefix(_ACTOR): each for name, each in weights.items() if name.startswith(_ACTOR)}
+    return of_actor or weights
 
 
-def without_learning(weights: bytes) -> bytes:
-    """Return a policy.pth that acts as another one does, without what soft actor-critic only learns with."""
+def without_critics(weights: bytes) -> bytes:
+    """Return a policy.pth that acts as another one does, without the critics of soft actor-critic."""
     import torch
 
     kept = torch.load(BytesIO(weights), map_location="cpu", weights_only=True)
-    acting = next((prefix for prefix in _ACTORS if any(name.startswith(prefix) for name in kept)), "")
-    left_out = (*_CRITICS, *(prefix for prefix in _ACTORS if prefix != acting)) if acting else ()
     small = BytesIO()
-    torch.save({name: each for name, each in kept.items() if not name.startswith(left_out)}, small)
+    torch.save({name: each for name, each in kept.items() if not name.startswith(_CRITICS)}, small)
     return small.getvalue()

@@ -88,9 +88,6 @@ class Recipe(Artifact):
     """SAC only, as all below: updates after each step of all simulations."""
     target_rate: Annotated[float, Field(gt=0, le=1)] = 0.01
     """Share by which the target of the value moves with each update."""
-    average_rate: Annotated[float, Field(gt=0, le=1)] = 1.0
-    """Share by which the average of the actors, which acts without noise and is the policy that is kept, moves to the
-    actor with each update; 1 is the actor itself."""
     entropy_weight: Annotated[float, Field(gt=0)] = 0.05
     """Weight of the policy's entropy at the start; learned from there."""
     random_steps: Annotated[int, Field(ge=1)] = 4_500
@@ -183,7 +180,6 @@ PROTOCOLS: Mapping[Protocol, Recipe] = MappingProxyType(
             hidden_sizes=(128, 128),
             final_learning_rate=1e-3,
             from_probe=True,
-            average_rate=0.01,
         ),
     }
 )

@@ -17,7 +17,6 @@ from stable_baselines3.common.type_aliases import ReplayBufferSamples
 from stable_baselines3.common.vec_env import VecNormalize
 from stable_baselines3.sac.policies import Actor
 
-from aidsr.learn.rl.averaged_policy import AveragedPolicy
 from aidsr.learn.rl.fused_adam import FusedAdam
 from aidsr.learn.rl.policy import network_options
 from aidsr.learn.rl.recipe import Recipe
@@ -33,13 +32,9 @@ _KEPT = ("observations", "next_observations", "actions", "rewards", "dones", "ti
 class SoftActorCritic(SAC):
     """Acts without noise in its first simulations, once its first actions, which are random, are over.
 
-    Only there can be seen what the policy is worth: soft bodies are shaken loose by noise. There an average of the
-    actors acts, which is the policy that is kept.
+    Only there can be seen what the policy is worth: soft bodies are shaken loose by noise.
     """
 
-    policy: AveragedPolicy
-    average_rate = 1.0
-    """By which this average moves with each update."""
     noiseless = 0
     """Simulations without noise."""
     corrects = False
@@ -58,7 +53,7 @@ class SoftActorCritic(SAC):
         """
         decisions = max(steps // recipe.hold_steps, recipe.simulations)
         model = cls(
-            AveragedPolicy,
+            "MlpPolicy",
             env,
             learning_rate=recipe.learning_rate_when,
             buffer_size=min(decisions + recipe.simulations, _MOST_TRANSITIONS),
@@ -74,7 +69,7 @@ class SoftActorCritic(SAC):
             seed=seed,
             device="cpu",
         )
-        model.noiseless, model.average_rate = recipe.noiseless_simulations, recipe.average_rate
+        model.noiseless = recipe.noiseless_simulations
         model.corrects = bool(recipe.script)
         if model.corrects:
             model._correct_nothing()
@@ -87,7 +82,6 @@ class SoftActorCritic(SAC):
         with torch.no_grad():
             mean.weight.zero_()
             mean.bias.zero_()
-        self.policy.average(1.0)
 
     def _sample_action(
         self, learning_starts: int, action_noise: ActionNoise | None = None, n_envs: int = 1
@@ -95,7 +89,7 @@ class SoftActorCritic(SAC):
         action, stored = super()._sample_action(learning_starts, action_noise, n_envs)
         if self.noiseless and (self.corrects or self.num_timesteps >= learning_starts):
             assert isinstance(self._last_obs, np.ndarray)  # one box
-            shown, _ = self.policy.averaged.predict(self._last_obs[: self.noiseless], deterministic=True)
+            shown, _ = self.predict(self._last_obs[: self.noiseless], deterministic=True)
             action[: self.noiseless] = stored[: self.noiseless] = shown
         return action, stored
 
@@ -149,7 +143,6 @@ class SoftActorCritic(SAC):
         _step(self.actor.optimizer, actor_parameters, torch.autograd.grad(actor_loss, actor_parameters))
         with torch.no_grad():
             torch._foreach_lerp_(tuple(target.parameters()), parameters, self.tau)
-        self.policy.average(self.average_rate)
         return critic_loss.item(), actor_loss.item(), weight.item()
 
     def save_memory(self, folder: Path) -> None:
