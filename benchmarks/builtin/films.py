@@ -29,11 +29,12 @@ _MOMENTS, _WIDTH, _HEIGHT, _FINER = 4, 220, 165, 2
 _SECTION = re.compile(r"^## (\S+)\n(.*?\n)(?=\n## |\Z)", re.DOTALL | re.MULTILINE)
 _HEAD = """# What good policies do
 
-Moments of a design's best held-out episode, the first on the left and the last on the right: robots of the built-in
-team. The camera goes along with a robot that travels; the time and the way from its start stand in the picture. Made by
-`python benchmarks/builtin/films.py STUDY …`, each from the design that won most episodes in the study at hand, so the
-tables in `benchmarks/builtin` may know of better ones. Each says of which version of the benchmark it is: one of an
-older version was judged by the rules of then. The films themselves (`best.mp4`) are in the studies' folders.
+Each strip shows moments of a design's best held-out episode, from the first on the left to the last on the right. The
+robots are designs of the built-in rules. The camera follows a robot that travels; the picture shows the time and the
+distance from the start. `python benchmarks/builtin/films.py STUDY …` makes this page from the design with the highest
+success rate in the given studies, so the tables in `benchmarks/builtin` may contain better ones. Each caption names the
+version of the benchmark; designs of an older version were judged by its rules. The films themselves (`best.mp4`) are in
+the folders of the studies.
 """
 
 

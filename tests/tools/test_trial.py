@@ -7,6 +7,7 @@ from tests.tools.carts import CART
 
 from aidsr.core.artifacts import Attempt, CritiqueIssue, Placement, Robot, Scene
 from aidsr.learn.episodes.scene import TaskScene
+from aidsr.learn.openloop import failure_attribution
 from aidsr.learn.openloop.motion import GroupMotion, Motion
 from aidsr.learn.openloop.script import parse_script
 from aidsr.tasks import goal_task, load_task, parse_goal
@@ -155,6 +156,14 @@ def test_a_placement_is_blamed_where_others_come_farther_than_seeds_differ(
     assert words in issue.suggestion
     assert len(lines) == (0 if others is None else 1)
     assert all("seeds differ by 0.20" in line for line in lines)
+
+
+def test_a_root_that_is_held_where_it_has_to_travel_is_told_to_the_integrator(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Other scales and turns keep the base, so that they say nothing about it."""
+    held = ISSUE.model_copy(update={"suggestion": 'place it with base "free"'})
+    monkeypatch.setattr(failure_attribution, "attribute_failure", lambda *_: ("not_forward", held))
+    report = try_scene(travelling(3.0))
+    assert report.critique.issues == (held,)
 
 
 def test_other_placements_are_made_from_the_one_there_is() -> None:

@@ -80,7 +80,7 @@ def numeral(number: int) -> str:
 def format_cost(usage: Usage) -> str:
     """Return the money spent; "unknown" where a price is."""
     if usage.calls == 0:
-        return "nothing"
+        return "$0"
     return "unknown" if usage.cost_usd is None else f"${usage.cost_usd:.4f}"
 
 

@@ -48,7 +48,7 @@ class Library:
         """
         run = self.run(name)
         if at_work(run.events):
-            raise UserError(f"{name} is being worked on; stop it first, then delete it")
+            raise UserError(f"{name} is running; stop it first, then delete it")
         trash = self.path / _TRASH
         trash.mkdir(exist_ok=True)
         taken = {path.name for path in trash.iterdir()}

@@ -75,7 +75,7 @@ def cable_bending(tension_n: float, offset_m: float, length_m: float, bending_st
 def tip_force_range(tension_n: float, offset_m: float, length_m: float) -> tuple[float, float]:
     """Sideways force a bending section can exert with its tip [N], low and high estimate: 1.2 to 2 x T d / L.
 
-    Source: measured on simulated arms of 0.36 to 0.6 m (docs/physics.md, calibration).
+    Source: measured on simulated arms of 0.36 to 0.6 m (docs/physics.md, what such robots can do).
     """
     unit_n = tension_n * offset_m / length_m
     return 1.2 * unit_n, 2.0 * unit_n

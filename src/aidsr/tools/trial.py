@@ -264,7 +264,9 @@ def _attributed(
     )
     phase, issue = attribute_failure(scene.task, seen)
     lines = _lines(attempts)
-    if issue.blame == "integrator":
+    if (
+        issue.blame == "integrator" and phase != "not_forward"
+    ):  # a base that must be free is not compared: others keep it
         issue, compared = _placement_or_body(issue, attempts, others)
         lines += compared
     summary = _summary(scene.task, attempts, start)

@@ -101,7 +101,7 @@ def _facts(design: DesignStatus) -> dict[str, str]:
         "iterations": str(design.iteration),
         "repairs": str(design.mechanical_repairs),
         "tokens": format_tokens(design.usage),
-        "paid": format_cost(design.usage),
+        "cost": format_cost(design.usage),
         "time": format_duration(design.latency_s),
     }
 

@@ -80,7 +80,7 @@ def print_unfinished(console: Console, study: Study, refused: Collection[Limit])
     undone = [cell for cell in study.cells if not is_finished(study.run(cell))]
     budget, parts, options = StudyBudget(study, limit), [], []
     if limit.cost_usd is not None:
-        parts.append(f"${budget.paid_usd:.2f} of ${limit.cost_usd:.2f} are paid")
+        parts.append(f"${budget.paid_usd:.2f} of ${limit.cost_usd:.2f} spent")
         if "cost_usd" in refused:
             options.append(f"--max-cost {math.ceil(max(budget.paid_usd, limit.cost_usd) + coming.cost_usd)}")
     if limit.tokens is not None:
@@ -181,7 +181,7 @@ class _AtWork:
         return self.job.stage == "design" and self.study.arm(self.job.cell.arm).config.model == SEARCH.prefix
 
 
-_HEADS = ("done", "running", "to do", "given up", "paid", "time left")
+_HEADS = ("done", "running", "to do", "failed", "cost", "time left")
 _REFRESH_SHARE = 20
 """Between two looks at a study pass so many times the time that a look takes. Our choice: at most 5 % of the driver."""
 

@@ -49,7 +49,7 @@ def call_chart_svg(calls: Sequence[ChartedCall]) -> str:
     drawn = _axis(whole_s, across, floor, height)
     drawn += _curve("", [(across(end), value) for end, value in tokens], "tokens", _in_thousands, left=True)
     if any(cost for _, cost in money):
-        drawn += _curve("two", [(across(end), cost) for end, cost in money], "paid", _in_dollars, left=False)
+        drawn += _curve("two", [(across(end), cost) for end, cost in money], "cost", _in_dollars, left=False)
     for row, role in enumerate(roles):
         top = floor + 10 + _LANE * row
         drawn += f'<text x="{_LEFT - 8}" y="{top + 14}" text-anchor="end">{escape(role)}</text>'

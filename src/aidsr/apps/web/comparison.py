@@ -79,8 +79,8 @@ def comparison_column(run: str, folder: DesignFolder, design: DesignView) -> Col
         *measured_in_words(report.measurements if report else {}),
         ("iterations", str(status.iteration)),
         ("sent back", f"{found} times" if found != 1 else "once"),
-        ("worked", format_duration(status.latency_s)),
-        ("paid", format_cost(status.usage)),
+        ("time", format_duration(status.latency_s)),
+        ("cost", format_cost(status.usage)),
         *_trained(folder),
     ]
     return Column(run, design, tuple((name, value) for name, value in rows if value), design.motion)

@@ -154,7 +154,7 @@ def _head(facts: tuple[DesignView, str, int]) -> None:
                 fact("held-out success", f"{won} of {episodes}")
             fact("family", status.family)
             fact("iterations", str(status.iteration))
-            fact("worked", format_duration(status.latency_s))
+            fact("time", format_duration(status.latency_s))
             usage_facts(status.usage)
             if status.mechanical_repairs:
                 fact("fixed by code", str(status.mechanical_repairs))

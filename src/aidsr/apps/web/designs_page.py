@@ -117,7 +117,7 @@ def designs_to_pick(site: Site, picked: tuple[str, ...] = ()) -> None:
             offered = sorted({str(getattr(row, name)) for row in _read(site)} - {""})
             field = ui.select({"": "all", **{one: one for one in offered}}, value="", label=name)
             field.props("outlined dense").on_value_change(partial(_choose, act, name)).on_value_change(look)
-        group = ui.select({"": "nothing", **{one: one for one in _FILTERS}}, value="", label="group by")
+        group = ui.select({"": "none", **{one: one for one in _FILTERS}}, value="", label="group by")
         group.props("outlined dense").on_value_change(partial(_choose, act, "group")).on_value_change(look)
 
 

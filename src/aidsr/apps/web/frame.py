@@ -57,17 +57,17 @@ def frame(title: str, *way: tuple[str, str], site: Site | None = None, narrow: b
 
 
 def _at_work(tasks: tuple[Task, ...]) -> None:
-    """Count what is at work; a browser shows what waits for a person in the page's title and icon (web.js)."""
+    """Count what is running; a browser shows what waits for a person in the page's title and icon (web.js)."""
     awaited = [task for task in tasks if task.waits]
     waiting = len(awaited)
-    said = "At work" + (f": {waiting} {'waits' if waiting == 1 else 'wait'} for you" if waiting else "")
+    said = "Activity" + (f": {waiting} waiting for you" if waiting else "")
     link = ui.link(said, "/work").classes("work-link")
     link.props["data-awaited"] = str(waiting)
     if awaited:
         link.props["title"] = "\n".join(f"{task.title}: {task.doing}" for task in awaited)
     if len(tasks) - waiting:
         with link:
-            text(str(len(tasks) - waiting), "badge running").props["aria-label"] = f"{len(tasks) - waiting} at work"
+            text(str(len(tasks) - waiting), "badge running").props["aria-label"] = f"{len(tasks) - waiting} running"
 
 
 def _theme_button(dark: ui.dark_mode) -> None:

@@ -60,7 +60,7 @@ def choose_model(site: Site, form: dict[str, Any]) -> None:
             form["kind"] = kind
             shown.refresh()
 
-        with box("models", role="radiogroup", aria_label="who designs"):
+        with box("models", role="radiogroup", aria_label="designer"):
             for kind, (title, says) in _KINDS.items():
                 with choice(partial(take, kind), chosen=form["kind"] == kind), box("words only"):
                     text(title, tag="h3")

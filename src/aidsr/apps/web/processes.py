@@ -40,7 +40,7 @@ class Processes:
             UserError: One of that name is at work.
         """
         if self.is_alive(name):
-            raise UserError(f"{name} is being worked on already; wait for it, or stop it first")
+            raise UserError(f"{name} is already running; wait for it, or stop it first")
         self.folder.mkdir(parents=True, exist_ok=True)
         with self._log(name).open("wb") as log:
             _lock(log.fileno())

@@ -96,11 +96,11 @@ def _title(view: RunView, shown: Shown) -> None:
 def _facts(view: RunView) -> None:
     status, config = view.status, view.status.record.config
     with box("facts"):
-        fact("who designs", "built-in rules" if config.model == "builtin" else model_in_words(config.model))
+        fact("designer", "built-in rules" if config.model == "builtin" else model_in_words(config.model))
         if status.record.level:
             fact("level", status.record.level)
         fact("approved", f"{status.approved} of {len(view.designs) or config.concepts}")
-        fact("worked", format_duration(status.latency_s))
+        fact("time", format_duration(status.latency_s))
         usage_facts(status.usage)
         if config.model == "builtin":
             fact("seed", str(config.seed))
@@ -256,7 +256,7 @@ def _column(facts: tuple[str, Shown, DesignView]) -> None:
                 won, episodes = design.held_out
                 fact("held-out success", f"{won} of {episodes}")
                 fact("trained", "successful" if design.successful else "valid" if design.valid else "not valid")
-            fact("worked", format_duration(status.latency_s))
+            fact("time", format_duration(status.latency_s))
             usage_facts(status.usage)
             if status.mechanical_repairs:
                 fact("fixed by code", str(status.mechanical_repairs))

@@ -188,7 +188,7 @@ class Site:
             UserError: A process works on it.
         """
         if self.is_at_work(run):
-            raise UserError(f"{run.name} is being worked on already; wait for it, or stop it first")
+            raise UserError(f"{run.name} is already running; wait for it, or stop it first")
 
     def resume(self, run: Run) -> None:
         """Start a process that works on a run until it is finished.

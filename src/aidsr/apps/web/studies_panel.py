@@ -16,10 +16,10 @@ _COLUMNS = (
     "runs done",
     "started",
     "policies judged",
-    "given up",
+    "failed",
     "jobs left",
     "core hours left",
-    "paid",
+    "cost",
     "report",
 )
 

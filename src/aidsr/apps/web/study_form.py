@@ -75,7 +75,7 @@ def add_study_form(site: Site) -> None:
         form: Form = app.storage.user.setdefault("study", {})
         for key, value in FRESH.items():
             form.setdefault(key, value)
-        with frame("New study", ("Runs", "/"), ("At work", "/work"), site=site):
+        with frame("New study", ("Runs", "/"), ("Activity", "/work"), site=site):
             with box("stack tight"):
                 text("New study", tag="h1")
                 text("Many runs, compared. A study continues when this page is closed.", "soft", "p")
@@ -205,7 +205,7 @@ def _forecast(found: StudyEstimate, jobs: int) -> None:
                 fact(f"{stage} jobs", str(number))
         fact("core hours", f"{found.core_hours:.1f}")
         fact("on this machine", f"about {format_duration(3600 * found.core_hours / jobs)}")
-        fact("cost", f"about ${found.cost_usd:.2f}" if found.cost_usd else "nothing")
+        fact("cost", f"about ${found.cost_usd:.2f}" if found.cost_usd else "$0")
         fact("disk", f"about {found.disk_mb:.0f} MB")
     if found.published_costs:
         text("No design of this study is measured yet: its cost is the published figure for GPT-5.", "small soft")

@@ -29,7 +29,7 @@ def add_study_page(site: Site) -> None:
         except AidsrError as error:
             not_found(error)
             return
-        with frame(view.name, ("Runs", "/"), ("At work", "/work"), site=site):
+        with frame(view.name, ("Runs", "/"), ("Activity", "/work"), site=site):
             with box("row apart top"):
                 with box("stack tight grow"):
                     text(view.name, tag="h1")
@@ -71,7 +71,7 @@ def _output(site: Site, key: str) -> str:
 
 def _notes(output: str) -> None:
     if output:
-        with ui.expansion("Last output of the process that worked on this study").props("dense").classes("full"):
+        with ui.expansion("Last output of the process of this study").props("dense").classes("full"):
             text(output, "mono small pre")
 
 
@@ -86,7 +86,7 @@ def _facts(view: StudyView) -> None:
         if view.jobs_left:
             fact("core hours left", f"{view.core_hours_left:.1f}")
         fact("jobs given up", str(view.failed))
-        fact("paid", spending_of(view))
+        fact("cost", spending_of(view))
         for left in view.left:
             fact("limit", left)
 

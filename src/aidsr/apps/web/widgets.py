@@ -130,7 +130,7 @@ def choice(act: Callable[[], Any], *, chosen: bool) -> ui.element:
 
 def usage_facts(usage: Usage) -> None:
     """Show what a run or a design cost."""
-    fact("paid", format_cost(usage))
+    fact("cost", format_cost(usage))
     if usage.calls:
         fact("calls", str(usage.calls))
         fact("tokens", format_tokens_in_thousands(usage))

@@ -1,4 +1,4 @@
-"""One place for all that is at work: runs, trainings, exports, and what waits for a person."""
+"""What is running: runs, trainings, exports, and what waits for a person."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ def add_work_page(site: Site) -> None:
 
     @ui.page("/work")
     def work_page() -> None:
-        with frame("At work", ("Runs", "/"), site=site):
+        with frame("Activity", ("Runs", "/"), site=site):
             with box("row apart"):
-                text("At work", tag="h1")
-                tell = button("Tell me on this desktop", lambda: None, "quiet", "notifications")
+                text("Activity", tag="h1")
+                tell = button("Desktop notifications", lambda: None, "quiet", "notifications")
                 tell.on("click", js_handler="() => window.askToNotify()")
                 tell.tooltip("When a design or a question waits for you, while a page of AID-SR is open")
             _table(site)
@@ -55,7 +55,7 @@ def _table(site: Site) -> None:
                 notice(str(found), "bad")
             elif not tasks:
                 with box("sheet empty"):
-                    text("Nothing is at work, and nothing waits for you.", "soft")
+                    text("Nothing is running, and nothing waits for you.", "soft")
         rows.update((f"{task.kind} {task.address}", task) for task in tasks)
 
     watch(site.work.tasks, show)

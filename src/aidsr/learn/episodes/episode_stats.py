@@ -19,7 +19,7 @@ Ids = NDArray[np.intp]
 OVER_RAD = float(np.deg2rad(30.0))
 OVER_LENGTHS = 0.05
 """How far a hinge or a ball joint, and a slide in characteristic lengths, may go beyond its range. Source:
-docs/validation.md, limit_overrun, for what turns; for slides our choice: as far as a part of that length moves when it
+docs/rules.md, limit_overrun, for what turns; for slides our choice: as far as a part of that length moves when it
 turns by 3 degrees."""
 
 

@@ -168,7 +168,7 @@ def _body_name(model: mujoco.MjModel, geom: int) -> str:
 def structure_check(structure: Structure) -> PlausibilityCheck:
     """Whether the robot is a tendon-driven continuum robot at all.
 
-    Source: docs/validation.md, structure: tendons, driven by actuators, along a series of three turning points or more,
+    Source: docs/validation.md, scope: tendons, driven by actuators, along a series of three turning points or more,
     in one piece.
     """
     joints = structure.longest_series

@@ -134,7 +134,7 @@ class Tests:
     def _label(self, test: BatteryTest, drives: tuple[Drive, ...]) -> str:
         words = {
             "reference": "All tendons slack",
-            "rest": "Everything commanded to do nothing",
+            "rest": "All commands at rest",
             "all": "Everything pulls",
             "sweep": "Random commands",
         }

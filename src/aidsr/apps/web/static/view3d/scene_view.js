@@ -81,7 +81,7 @@ export default {
     </q-btn-dropdown>
     <q-select class="v3d-choice" dense outlined options-dense emit-value map-options :options="choices" :model-value="choice"
       @update:model-value="choose" aria-label="What to show" />
-    <q-btn v-if="state.mode === 'live'" flat dense no-caps size="sm" icon="timeline" label="Look back" @click="send({do: 'look_back'})">
+    <q-btn v-if="state.mode === 'live'" flat dense no-caps size="sm" icon="timeline" label="Replay" @click="send({do: 'look_back'})">
       <q-tooltip>Play back what you did in the last minute, with forces over time</q-tooltip></q-btn>
     <q-slider v-if="state.duration_s" class="v3d-seek" dense :min="0" :max="state.duration_s" :step="0.001" :model-value="time"
       @update:model-value="seek" aria-label="Time" />
@@ -90,7 +90,7 @@ export default {
   <div class="v3d-sliders" v-if="facts && controls && facts.controls.length && state.known">
     <template v-for="(part, number) in parts" :key="part.title">
     <div class="v3d-head"><b>{{ part.title }}</b>
-      <q-btn v-if="!number" flat dense no-caps size="sm" label="Let go" @click="letGo"><q-tooltip>Every command back to doing nothing</q-tooltip></q-btn></div>
+      <q-btn v-if="!number" flat dense no-caps size="sm" label="Release" @click="letGo"><q-tooltip>Set every command to its rest value</q-tooltip></q-btn></div>
     <div v-for="row in part.rows" :key="row.key" class="v3d-row" :class="{'v3d-member': row.member, 'v3d-group': row.group}">
       <div class="v3d-name" :title="row.label">{{ row.label }}</div>
       <q-slider dense :min="0" :max="1" :step="0.005" :model-value="row.share" @update:model-value="pull(row, $event)"
