@@ -179,7 +179,7 @@ def test_panel_knows_a_design_by_its_number(tmp_path) -> None:
     panel = Panel(console, run)
     panel.on_event(2, StepDone(step="critique", iteration=1, summary="passed"))
     console.print(panel)
-    assert "2  concept 2   iteration 1   nothing" in console.file.getvalue()
+    assert "2  concept 2   iteration 1   $0" in console.file.getvalue()
 
 
 @pytest.mark.parametrize(

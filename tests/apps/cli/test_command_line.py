@@ -161,7 +161,7 @@ def test_show_prints_layout_status_and_files(tmp_path, monkeypatch, capsys) -> N
     said = capsys.readouterr().out
     assert all(word in said for word in ("approved", "stopped", "no answer from x", "aidsr resume", "final.xml"))
     titles = next(line for line in said.splitlines() if line.startswith("design "))
-    assert titles.split() == ["design", "concept", "state", "iterations", "repairs", "tokens", "paid", "time"]
+    assert titles.split() == ["design", "concept", "state", "iterations", "repairs", "tokens", "cost", "time"]
     assert run_main("show", str(run.path), "--json") == 0
     status = json.loads(capsys.readouterr().out)
     assert [design["state"] for design in status["designs"]] == ["finished", "stopped"]

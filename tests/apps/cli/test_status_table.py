@@ -48,13 +48,13 @@ def test_nothing_is_cut_at_any_width(width: int) -> None:
     lines = printed(width)
     text = " ".join(" ".join(lines).split())
     assert max(map(len, lines)) <= width
-    for whole in ("design", "iterations", "out_of_budget", "estimated", "unknown", "12 min", "paid"):
+    for whole in ("design", "iterations", "out_of_budget", "estimated", "unknown", "12 min", "cost"):
         assert whole in text
 
 
 def test_a_wide_terminal_gets_a_table() -> None:
     header, first, *_ = printed(140)
-    assert header.split() == ["design", "concept", "state", "iterations", "repairs", "tokens", "paid", "time"]
+    assert header.split() == ["design", "concept", "state", "iterations", "repairs", "tokens", "cost", "time"]
     assert first.startswith("1 ")
 
 
@@ -69,5 +69,5 @@ def test_a_free_run_takes_two_lines_a_design_at_80_columns() -> None:
     _print_designs(Console(file=file, width=80, highlight=False), (free,))
     assert [line.rstrip() for line in file.getvalue().splitlines()] == [
         "design 1: Two-section arm with a hook, 256 mm: out_of_budget",
-        "  iterations: 3; repairs: 2; tokens: none; paid: nothing; time: 12 min 30 s",
+        "  iterations: 3; repairs: 2; tokens: none; cost: $0; time: 12 min 30 s",
     ]

@@ -123,7 +123,7 @@ def test_the_table_says_what_is_done_and_how_long_it_takes(terminal: bool, tmp_p
     shown = " ".join(out.getvalue().split())
     assert "design rules/reaching.button_pushing/1: because of [red]that" in shown
     if terminal:
-        assert "done running to do given up paid time left" in shown
+        assert "done running to do failed cost time left" in shown
         assert "1 1 11 0 $0.00 about 50 min design rules/reaching.button_pushing/2" in shown
     else:
-        assert "done 1, running 1, to do 11, given up 0, paid $0.00, time left about 50 min" in shown
+        assert "done 1, running 1, to do 11, failed 0, cost $0.00, time left about 50 min" in shown

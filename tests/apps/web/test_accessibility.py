@@ -132,6 +132,6 @@ def test_the_view_and_its_timeline_have_no_serious_findings(arm_run: Run, server
         page.get_by_text("squares of").wait_for()
         page.locator(".v3d-row .q-slider").first.click()
         page.wait_for_timeout(1500)
-        page.get_by_role("button", name="Look back").click()
+        page.get_by_role("button", name="Replay").click()
         page.locator(".v3d-track-name b").first.wait_for()
         assert not findings(page)

@@ -48,7 +48,7 @@ def test_calls_stand_at_their_time_and_long_breaks_are_cut() -> None:
 def test_what_has_no_price_or_failed_says_so() -> None:
     assert call_chart_svg([]) == ""
     drawn = call_chart_svg([call("coder", "10:00:00", 1.0, None, "length")])
-    assert "paid" not in drawn
+    assert "cost" not in drawn
     assert "call bad" in drawn
 
 

@@ -31,7 +31,7 @@ def test_what_is_at_work_and_what_waits_stands_in_one_place(runs: Path, server: 
         page = visitor.new_page()
         page.goto(server.address("/new"))
         expect(page).to_have_title("(1) New run · AID-SR")
-        waits = page.get_by_role("link", name="1 waits for you")
+        waits = page.get_by_role("link", name="1 waiting for you")
         expect(waits).to_have_attribute("title", re.compile("design 1: .*: waits for your decision"))
         waits.click()
         rows_shown = page.locator("table.work tbody tr")
@@ -42,7 +42,7 @@ def test_what_is_at_work_and_what_waits_stands_in_one_place(runs: Path, server: 
         expect(rows_shown.nth(1).get_by_role("button", name="Stop")).to_be_visible()
         replace_file(run.design(1).iteration(2).decision.path, b'{"verdict": "quit"}')
         replace_file(run.design(1).outcome.path, b'{"outcome": "quit", "reason": "given up", "iteration": 2}')
-        expect(page).to_have_title("At work · AID-SR")
+        expect(page).to_have_title("Activity · AID-SR")
         expect(rows_shown).to_have_count(1)
 
 

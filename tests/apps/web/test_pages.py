@@ -174,7 +174,7 @@ async def test_a_larger_budget_starts_from_the_present_one_and_waits_for_the_oth
         assert field.value == 9000
         field.set_value(20000)
         press(user, "Resume with this budget")
-        await user.should_see("is being worked on already; wait for it, or stop it first")
+        await user.should_see("is already running; wait for it, or stop it first")
     assert run.budget() == Budget(tokens=9000)
     assert run.design(1).outcome.read() == used_up
 

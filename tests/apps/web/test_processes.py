@@ -30,7 +30,7 @@ def test_a_process_is_found_again_and_stopped_by_a_page_started_later(tmp_path: 
     assert later.is_at_work(run)
     assert os.getpriority(os.PRIO_PROCESS, later.processes.pid(run.path.name)) >= 10, "pages come first"
     for act in (later.resume, lambda one: later.trash(one.path.name)):  # its log is not opened yet
-        with pytest.raises(UserError, match="worked on already"):
+        with pytest.raises(UserError, match="already running"):
             act(run)
     until(lambda: _waits(run.design(1).events), "it never waited")
     assert later.processes.stop(run.path.name)

@@ -116,7 +116,7 @@ def test_what_a_person_did_is_looked_back_at_and_distances_are_measured(arm_run:
         page.get_by_text("squares of").wait_for()
         page.locator(".v3d-row .q-slider").first.click()
         page.wait_for_timeout(1500)
-        page.get_by_role("button", name="Look back").click()
+        page.get_by_role("button", name="Replay").click()
         expect(page.locator(".v3d-clock b")).to_have_text("What you did")
         expect(page.locator(".v3d-track-name b").first).to_have_text("cable tension")
         for key, along in (("1", 0), ("2", 1), ("3", 2)):

@@ -84,15 +84,15 @@ def print_unfinished(console: Console, study: Study, refused: Collection[Limit])
         if "cost_usd" in refused:
             options.append(f"--max-cost {math.ceil(max(budget.paid_usd, limit.cost_usd) + coming.cost_usd)}")
     if limit.tokens is not None:
-        parts.append(f"{budget.tokens:,} of {limit.tokens:,} tokens are used")
+        parts.append(f"{budget.tokens:,} of {limit.tokens:,} tokens used")
         if "tokens" in refused:
             options.append(f"--max-tokens {max(budget.tokens, limit.tokens) + coming.tokens}")
     names = ", ".join(cell.name for cell in undone[:_NAMED]) + (", …" if len(undone) > _NAMED else "")
     runs = "1 run is" if len(undone) == 1 else f"{len(undone)} runs are"
     console.print(
-        f"The study's limit is reached: {' and '.join(parts)}; of {format_limits(refused)} too little is left for the "
-        f"next call. {runs} not "
-        f"designed to the end ({escape(names)}). By the estimate, this would do the rest: aidsr benchmark "
+        f"The study's limit is reached: {' and '.join(parts)}; what is left of the {format_limits(refused)} is too "
+        f"little for the next call. {runs} unfinished ({escape(names)}). To continue with a limit that should suffice "
+        f"by the estimate: aidsr benchmark "
         f"{escape(str(study.path))} --resume {' '.join(options)}",
         soft_wrap=True,
     )
@@ -108,7 +108,7 @@ def _hours(hours: float) -> str:
 
 
 class StudyTable:
-    """A live table of a study: done, running, to do, given up, paid and the time left; lines where no terminal is."""
+    """A live table of a study: done, running, to do, failed, cost and time left; lines where there is no terminal."""
 
     def __init__(self, console: Console, study: Study) -> None:
         self._console = console

@@ -203,7 +203,7 @@ def recipe_of(
         raise UserError(f'no protocol "{protocol}"; use {" or ".join(PROTOCOLS)}')
     if from_probe and protocol != "paper":
         raise UserError(
-            'from_probe needs protocol "paper"; a policy of "best" begins with the probe\'s motion by itself'
+            'from_probe needs protocol "paper"; "best" searches a motion in any case, which the policy has to beat'
         )
     if script and protocol != "best":
         raise UserError('a policy that begins with a script needs protocol "best" (--protocol best)')
