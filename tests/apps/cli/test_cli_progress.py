@@ -261,7 +261,7 @@ def test_without_a_terminal_the_file_is_explained(tmp_path) -> None:
 
 
 def test_words_for_money_and_time() -> None:
-    assert format_cost(Usage()) == "nothing"
+    assert format_cost(Usage()) == "$0"
     assert format_cost(Usage(calls=1, cost_usd=None)) == "unknown"
     assert format_cost(Usage(calls=2, cost_usd=0.0123)) == "$0.0123"
     assert [format_duration(s) for s in (0.04, 59.4, 60, 3723)] == ["0.0 s", "59.4 s", "1 min 0 s", "1 h 2 min"]
