@@ -31,7 +31,7 @@ from aidsr.core.artifacts import PlausibilityCheck, ValidationReport
 from aidsr.core.errors import MjcfError, UserError
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.evaluation import evaluate
-from aidsr.tasks import BENCHMARK_VERSION, TASKS_IN_SAMPLE, Task, is_current, load_task
+from aidsr.tasks import BENCHMARK_VERSION, TASKS, Task, is_current, load_task
 
 HERE = Path(__file__).parent
 RESULTS, PAGE = HERE / "results.jsonl", HERE / "results.md"
@@ -58,7 +58,7 @@ Row = dict[str, Any]
 def main() -> None:
     """Decide what is not decided yet, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--tasks", nargs="+", default=[name.rpartition("/")[2] for name in TASKS_IN_SAMPLE])
+    parser.add_argument("--tasks", nargs="+", default=[name.rpartition("/")[2] for name in TASKS])
     parser.add_argument("--bodies", nargs="+", default=[cheat.name for cheat in CHEATS])
     parser.add_argument("--static", action="store_true", help="do not play what the validator lets pass")
     parser.add_argument("--again", action="store_true", help="decide also what is decided")
@@ -192,7 +192,7 @@ def _head(rows: Sequence[Row]) -> list[str]:
         "# Bodies that cheat",
         "",
         f"{len(CHEATS)} bodies that could win a task without being a cable-driven soft robot, at "
-        f"{len(TASKS_IN_SAMPLE)} tasks: version {BENCHMARK_VERSION} of the benchmark, commit {commits}, by",
+        f"{len(TASKS)} tasks: version {BENCHMARK_VERSION} of the benchmark, commit {commits}, by",
         "",
         "    make cheats",
         "",
@@ -241,7 +241,7 @@ def _called(row: Row) -> str:
 
 
 def _grid(rows: dict[tuple[str, str], Row]) -> list[str]:
-    names = [name.rpartition("/")[2] for name in TASKS_IN_SAMPLE]
+    names = [name.rpartition("/")[2] for name in TASKS]
     marks = {"evaluation": "e", "unsuccessful": "u", "NOT REFUSED": "**!**"}
     marks |= {"scope": "s", "physics": "p", "placement": "o", "scene": "o"}
     lines = [
