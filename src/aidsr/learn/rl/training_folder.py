@@ -40,8 +40,8 @@ class TrainingResult(Artifact):
     diverged_episodes: int
     """Episodes in which the simulation diverged."""
     success_share: float | None
-    """Of the last 100 episodes, with the noise of learning; with SAC of 20 fresh episodes without noise at the end of the
-    budget, or of its last 20 where it ended before. None without any."""
+    """Of the last 100 episodes, with the noise of learning. With SAC, of 20 fresh episodes without noise at the end of
+    the budget, or of its last 20 if it ended before. None without any."""
     stopped: Stopped
     resumed: int = 0
     """How often it resumed from a checkpoint, with other episodes than it would have sampled in one process."""
