@@ -23,8 +23,8 @@ BY_NAME = {cheat.name: cheat for cheat in CHEATS}
 
 BY_CODE = {
     "motorized_joint": (
-        "four_wheels six_wheels narrow_wheels spoked_wheels spoked_wheels_obstacles belt_wheels pull_only_wheels "
-        "rigid_legs flywheel_drum piston_sled riser_on_top motor_jaws belt_jaws gentle_jaws motor_pointer"
+        "four_wheels six_wheels six_wheels_incline narrow_wheels spoked_wheels spoked_wheels_obstacles belt_wheels pull_only_wheels "
+        "rigid_legs flywheel_drum piston_sled riser_on_top motor_jaws motor_scoop belt_jaws gentle_jaws motor_pointer"
     ),
     "wheel": "crank_engine wheels_on_necks weight_clock wound_wheels limit_cart cable_piston_sled tilted_world",
     "thruster": "jet_puck jet_over_gap",
@@ -34,7 +34,7 @@ BY_CODE = {
     "few_bent_joints": "knuckle_jaws one_hinge_arm one_soft_hinge_arm",
     "contact_margin": "margin_arm",
     "cable_on_linkage": "cable_jaws threaded_jaws force_field welded_object glued_jaws lifts_the_object",
-    "mostly_rigid": "heavy_hoop passive_petals limp_rope basket rigid_rod rigid_hook",
+    "mostly_rigid": "heavy_hoop passive_petals limp_rope basket rigid_rod rod_on_mount rigid_hook",
 }
 """Bodies by the code that says what they are."""
 BY_CHECK = {
