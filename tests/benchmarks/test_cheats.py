@@ -24,7 +24,8 @@ BY_NAME = {cheat.name: cheat for cheat in CHEATS}
 BY_CODE = {
     "motorized_joint": (
         "four_wheels six_wheels six_wheels_incline narrow_wheels spoked_wheels spoked_wheels_obstacles belt_wheels "
-        "pull_only_wheels rigid_legs flywheel_drum piston_sled riser_on_top motor_jaws motor_scoop belt_jaws gentle_jaws motor_pointer"
+        "pull_only_wheels rigid_legs flywheel_drum piston_sled riser_on_top motor_jaws motor_scoop belt_jaws "
+        "gentle_jaws motor_pointer"
     ),
     "wheel": "crank_engine wheels_on_necks weight_clock wound_wheels limit_cart cable_piston_sled tilted_world",
     "thruster": "jet_puck jet_over_gap",
