@@ -24,9 +24,10 @@ from benchmarks.cheats.parts import (
     then,
 )
 from lxml import etree
+from numpy.typing import NDArray
 
 from aidsr.core.artifacts import Robot, Vec3
-from aidsr.tasks import TASKS_IN_SAMPLE
+from aidsr.tasks import TASKS
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class Cheat:
     @property
     def category(self) -> str:
         """Of the task it is meant to win."""
-        return next(name for name in TASKS_IN_SAMPLE if name.rpartition("/")[2] == self.task).partition("/")[0]
+        return next(name for name in TASKS if name.rpartition("/")[2] == self.task).partition("/")[0]
 
     @property
     def robot(self) -> Robot:
@@ -512,6 +513,50 @@ CLOSE = constant({"left": 1.0, "right": 1.0})
 OPEN_CLOSE = then({"left": -1.0, "right": -1.0}, 1.3, {"left": 1.0, "right": 1.0})
 
 
+def scoop(time_s: float, seen: FloatArray) -> Commands:
+    """Open the jaws, close them around the ball, then raise the base."""
+    del seen
+    if time_s < 1.5:
+        return {"left": -1.0, "right": -1.0}
+    return {"left": 1.0, "right": 1.0, "base_z": 0.0 if time_s < 3.0 else 1.0}
+
+
+# --- moved by the mount alone ---
+
+_PIN_RADIUS_M = 0.06
+"""Of the circle that the crank's pin turns on."""
+
+
+def _crank_rod() -> str:
+    """Return a rigid rod along the mount's axis, with a tail behind it."""
+    rod = '<geom name="rod" type="capsule" size="0.005" fromto="0 0 0.01 0 0 0.215"/>'
+    end = '<site name="rod_end" pos="0 0 0.215"/>'
+    return tail('pos="0 0 0.01" euler="180 0 0"').document(rod + end)
+
+
+def circle() -> Rule:
+    """Return the rule of a rod at the crank: go behind the pin, then push it around with the mount."""
+    pushing: list[NDArray[np.bool_]] = []
+
+    def rule(time_s: float, seen: FloatArray) -> Commands:
+        del time_s
+        angle, way = np.arctan2(seen[:, 4], seen[:, 3]), np.sign(seen[:, 6])
+        pin_y, pin_z = -_PIN_RADIUS_M * np.sin(angle), _PIN_RADIUS_M * np.cos(angle)
+        tip_y, tip_z = pin_y - seen[:, 1], pin_z - seen[:, 2]
+        ahead = way * ((np.arctan2(-tip_y, tip_z) - angle + np.pi) % (2 * np.pi) - np.pi)
+        behind = (ahead < -0.15) & (ahead > -0.9) & (np.hypot(tip_y, tip_z) > 0.045)
+        pushing[:] = [behind | pushing[0] if pushing else behind]
+        start = angle - 0.45 * way
+        wanted_y = np.where(pushing[0], pin_y - 0.02 * way * np.cos(angle), -_PIN_RADIUS_M * np.sin(start))
+        wanted_z = np.where(pushing[0], pin_z - 0.02 * way * np.sin(angle), _PIN_RADIUS_M * np.cos(start))
+        return {
+            "base_y": np.clip(20.0 * (wanted_y - tip_y), -1.0, 1.0),
+            "base_z": np.clip(20.0 * (wanted_z - tip_z), -1.0, 1.0),
+        }
+
+    return rule
+
+
 def _knuckles() -> str:
     """Fingers of five links, all compliance in the first hinge: rigid jaws that look like soft fingers."""
     parts = Parts()
@@ -912,6 +957,13 @@ CHEATS: tuple[Cheat, ...] = (
         steer,
     ),
     Cheat(
+        "six_wheels_incline",
+        "The same cart drives up the slope. The tail is idle.",
+        "incline",
+        _wheels((-0.09, 0.0, 0.09), length_m=0.1),
+        steer,
+    ),
+    Cheat(
         "narrow_wheels",
         "A narrow cart on motor wheels that slides along the walls. The tail is idle.",
         "tunnel",
@@ -1106,6 +1158,22 @@ CHEATS: tuple[Cheat, ...] = (
         _jaws("motor"),
         lambda: OPEN_CLOSE,
         part="grip",
+    ),
+    Cheat(
+        "motor_scoop",
+        "The same jaws, longer, close around the ball in its bowl, and the mount raises them.",
+        "ball_from_bowl",
+        _jaws("motor", hinge_m=0.16, end_m=0.285),
+        lambda: scoop,
+        part="grip",
+    ),
+    Cheat(
+        "rod_on_mount",
+        "A rigid rod that the mount's own drives move in a circle turns the crank. The tail is idle.",
+        "crank_turning",
+        _crank_rod(),
+        circle,
+        part="rod_end",
     ),
     Cheat(
         "belt_jaws",

@@ -222,7 +222,8 @@ def _own(rows: dict[tuple[str, str], Row]) -> list[str]:
         "## Each at the task it is meant to win",
         "",
         "*before*: episodes won of 20 with the code of commit 2a7e353, from before such bodies were refused, and "
-        "what that code found wrong with it (`python -m benchmarks.cheats.wins`).",
+        "what that code found wrong with it (`python -m benchmarks.cheats.wins`). ball_from_bowl, incline and "
+        "crank_turning came later: their bodies were played with the code of this page, whose verdict stands there.",
         "",
         "| body | task | before | refused by | why |",
         "|---|---|---|---|---|",

@@ -23,8 +23,9 @@ BY_NAME = {cheat.name: cheat for cheat in CHEATS}
 
 BY_CODE = {
     "motorized_joint": (
-        "four_wheels six_wheels narrow_wheels spoked_wheels spoked_wheels_obstacles belt_wheels pull_only_wheels "
-        "rigid_legs flywheel_drum piston_sled riser_on_top motor_jaws belt_jaws gentle_jaws motor_pointer"
+        "four_wheels six_wheels six_wheels_incline narrow_wheels spoked_wheels spoked_wheels_obstacles belt_wheels "
+        "pull_only_wheels rigid_legs flywheel_drum piston_sled riser_on_top motor_jaws motor_scoop belt_jaws "
+        "gentle_jaws motor_pointer"
     ),
     "wheel": "crank_engine wheels_on_necks weight_clock wound_wheels limit_cart cable_piston_sled tilted_world",
     "thruster": "jet_puck jet_over_gap",
@@ -34,7 +35,7 @@ BY_CODE = {
     "few_bent_joints": "knuckle_jaws one_hinge_arm one_soft_hinge_arm",
     "contact_margin": "margin_arm",
     "cable_on_linkage": "cable_jaws threaded_jaws force_field welded_object glued_jaws lifts_the_object",
-    "mostly_rigid": "heavy_hoop passive_petals limp_rope basket rigid_rod rigid_hook",
+    "mostly_rigid": "heavy_hoop passive_petals limp_rope basket rigid_rod rod_on_mount rigid_hook",
 }
 """Bodies by the code that says what they are."""
 BY_CHECK = {
@@ -103,11 +104,18 @@ def test_a_body_that_cheats_has_what_a_continuum_robot_is_counted_by(cheat):
 
 
 def test_before_they_were_refused_most_of_them_were_valid_and_successful():
-    rows = read_rows(BEFORE)
-    assert {row["commit"] for row in rows} == {"2a7e353"}
+    rows = [row for row in read_rows(BEFORE) if row["commit"] == "2a7e353"]
     called = {row["body"] for row in rows if 2 * row["wins"] >= row["episodes"] and row["valid"] and not row["errors"]}
     assert called <= set(BY_NAME)
     assert len(called) >= 18
+
+
+def test_bodies_for_tasks_that_came_later_win_and_are_not_valid():
+    later = [row for row in read_rows(BEFORE) if row["commit"] != "2a7e353"]
+    assert {row["task"] for row in later} == {"incline", "ball_from_bowl", "crank_turning"}
+    for row in later:
+        assert 2 * row["wins"] >= row["episodes"]
+        assert "needs_cables" in row["failed_checks"], "by measurement, whatever the validator says of the body"
 
 
 def test_a_body_is_lifted_until_it_stands():
