@@ -16,7 +16,7 @@ from aidsr.core.errors import UserError
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.sim.scope import find_out_of_scope
 from aidsr.sim.structure import read_structure
-from aidsr.tasks import TASKS_IN_SAMPLE, load_task
+from aidsr.tasks import TASKS, load_task
 
 BY_NAME = {cheat.name: cheat for cheat in CHEATS}
 
@@ -90,8 +90,10 @@ def test_the_page_is_made_of_what_was_decided():
     assert PAGE.read_text(encoding="utf-8") == page()
 
 
-def test_every_task_has_a_body_that_cheats_and_no_name_stands_for_two():
-    assert {cheat.task for cheat in CHEATS} == {name.rpartition("/")[2] for name in TASKS_IN_SAMPLE}
+def test_every_task_but_one_has_a_body_that_cheats_and_no_name_stands_for_two():
+    """There is none that gets around both corners."""
+    tasks = {name.rpartition("/")[2] for name in TASKS}
+    assert tasks - {cheat.task for cheat in CHEATS} == {"around_corners"}
     assert len(BY_NAME) == len(CHEATS) >= 18
 
 
