@@ -16,7 +16,7 @@ from aidsr.core.errors import UserError
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.sim.scope import find_out_of_scope
 from aidsr.sim.structure import read_structure
-from aidsr.tasks import TASKS, load_task
+from aidsr.tasks import TASKS, TASKS_IN_SAMPLE, load_task
 
 BY_NAME = {cheat.name: cheat for cheat in CHEATS}
 
