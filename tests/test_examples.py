@@ -81,7 +81,7 @@ def test_new_writes_what_can_be_designed_for(tmp_path, like, capsys):
     assert call("new", place) == 2
     assert "exists already" in capsys.readouterr().err
     assert call("new", tmp_path / "nowhere" / "job") == 2
-    assert "there is no folder" in capsys.readouterr().err
+    assert "does not exist" in capsys.readouterr().err
 
 
 @pytest.mark.slow
@@ -91,8 +91,8 @@ def test_check_tells_and_draws_what_is_there(tmp_path, capsys):
     said = " ".join(capsys.readouterr().out.split())
     assert code == 0, said
     assert "Mount: mount at (0, 0, 0.5) m, pointing along (0, 0, -1); the place of work is 0.256 m away, 31 deg" in said
-    assert "Doing nothing: wins 0 of 5 episodes" in said
-    assert "A built-in body" in said
+    assert "No actions: 0 of 5 episodes succeed" in said
+    assert "A built-in robot" in said
     for name in ("check.png", "check_motion.png"):
         assert (tmp_path / "bell" / name).read_bytes().startswith(b"\x89PNG")
 
@@ -103,7 +103,7 @@ def test_check_leaves_no_motion_of_an_earlier_one_where_no_body_could_be_placed(
     environment = tmp_path / "bell" / "environment.xml"
     (tmp_path / "bell" / "check_motion.png").write_bytes(b"of an earlier check")
     assert call("check", environment, tmp_path / "bell" / "goal.toml") == 1
-    assert "No built-in body could be placed" in " ".join(capsys.readouterr().out.split())
+    assert "No built-in robot could be placed" in " ".join(capsys.readouterr().out.split())
     assert (tmp_path / "bell" / "check.png").exists()
     assert not (tmp_path / "bell" / "check_motion.png").exists()
 
@@ -115,7 +115,7 @@ def test_check_says_where_a_goal_is_met_by_doing_nothing(tmp_path, capsys):
     goal.write_text('kind = "reach"\ntarget = "bell"\nwithin_m = 0.4\nhold_s = 0.1\ntime_limit_s = 1\n')
     code = call("check", tmp_path / "easy" / "environment.xml", goal)
     assert code == 1
-    assert "does nothing wins 5 of 5 episodes: ask for more" in " ".join(capsys.readouterr().out.split())
+    assert "at rest wins 5 of 5 episodes: make the goal harder" in " ".join(capsys.readouterr().out.split())
 
 
 def test_check_refuses_what_cannot_be_met(tmp_path, capsys):
@@ -130,5 +130,5 @@ def test_check_refuses_what_cannot_be_met(tmp_path, capsys):
 def test_the_check_script_does_the_same(tmp_path):
     assert call("new", tmp_path / "bell") == 0
     done = subprocess.run([sys.executable, tmp_path / "bell" / "check.py"], capture_output=True, text=True, check=True)
-    assert "Doing nothing wins 0 of 5, anything 0." in done.stdout
+    assert "Of 5 episodes, 0 succeed without actions, 0 with random actions." in done.stdout
     assert (tmp_path / "bell" / "check_motion.png").exists()

@@ -21,7 +21,7 @@ LONG = '<geom name="post" type="cylinder" size="0.02 0.2" pos="0 0 -0.2" mass="0
 )
 def test_only_pieces_that_were_cut_are_to_be_glued(robot: str, glued: bool, tmp_path: Path) -> None:
     write_package(tmp_path, build_robot(robot, [], printer_named("fdm"), material="tpu95a"), title="a finger")
-    assert ("Glue pieces that were cut" in (tmp_path / "sheet.html").read_text()) == glued
+    assert ("Glue the pieces that were cut" in (tmp_path / "sheet.html").read_text()) == glued
 
 
 @pytest.mark.parametrize(
@@ -33,5 +33,5 @@ def test_the_sheet_tells_faults_of_motion_from_those_of_winches(layer: str, said
     build = build_robot(finger(), [], printer_named("fdm"), material="tpu95a")
     write_package(tmp_path, build, title="a finger", retest=retest)
     sheet = (tmp_path / "sheet.html").read_text()
-    assert f"Simulated again as built: {retest.motion}, largest displacement 100 mm" in sheet
+    assert f"Simulation of the robot as built: {retest.motion}, largest displacement 100 mm" in sheet
     assert retest.motion == said

@@ -114,10 +114,10 @@ def test_a_run_out_of_budget_ends_as_that_and_goes_on_with_a_larger_one(tmp_path
 
 ENDINGS = {
     "cheap": "it was answered: 2",
-    "as dear as it may be": "$0.0120 are spent",
+    "as dear as it may be": "$0.0120 is spent",
     "failed": "it was answered: 1",
     "interrupted": "it was answered: 1",
-    "asked to stop": "interrupted before it could be asked",
+    "asked to stop": "interrupted before the call was made",
 }
 """What becomes of a call in flight, and of one for which there is no room beside it."""
 
@@ -188,7 +188,7 @@ def test_asking_a_run_to_stop_reaches_calls_that_wait_for_each_other(tmp_path: P
         parts = parts_of(run)
         with pytest.raises(ModelError, match="HTTP 400"):
             parts.team_for(run.path).designer.propose(brief(), 1)
-    assert told == ["interrupted before it could be asked"]
+    assert told == ["interrupted before the call was made"]
 
 
 class Unpriced(Paid):
@@ -209,19 +209,19 @@ def test_a_call_without_a_price_is_still_paid_when_a_run_goes_on(tmp_path: Path)
 
     ask("a" * 300)
     ask("b" * 300)
-    with pytest.raises(BudgetError, match=r"\$0\.0220 are spent"):
+    with pytest.raises(BudgetError, match=r"\$0\.0220 is spent"):
         ask("c" * 300)
 
 
 def test_money_cannot_be_limited_where_no_price_is_known() -> None:
     check_prices(Budget(tokens=1), "m", lambda _in, _out: None)
-    with pytest.raises(UserError, match='price of "m" is not known'):
+    with pytest.raises(UserError, match='price of "m" is unknown'):
         check_prices(Budget(cost_per_design_usd=1), "m", lambda _in, _out: None)
 
 
 def test_a_larger_budget_needs_a_known_price_too(tmp_path: Path) -> None:
     run = new_run(tmp_path, model=f"manual:{tmp_path / 'p'}")
-    with pytest.raises(UserError, match="is not known"):
+    with pytest.raises(UserError, match="is unknown"):
         replace_budget(run, Budget(cost_usd=5))
     replace_budget(run, Budget(tokens=5))
     assert run.budget() == Budget(tokens=5)
@@ -242,7 +242,7 @@ def test_a_run_at_work_is_given_no_other_budget(tmp_path: Path) -> None:
 def test_a_run_whose_price_is_no_longer_known_does_not_go_on(tmp_path: Path) -> None:
     run = new_run(tmp_path, model="m@http://localhost:1/v1")
     run.larger_budget.write_text(Budget(cost_usd=5).model_dump_json())
-    with pytest.raises(UserError, match="is not known, so a limit on money cannot be kept"):
+    with pytest.raises(UserError, match="is unknown, so a cost limit cannot be enforced"):
         parts_of(run)
 
 
@@ -343,8 +343,8 @@ def test_estimates_say_what_they_rest_on(tmp_path: Path) -> None:
     run.record.path.write_text(json.dumps(record))
     found = estimate(config, tmp_path)
     assert found.usage.calls == read_status(run).usage.calls
-    assert "the mean of 2 designs" in found.basis
+    assert "the mean of 2 earlier designs" in found.basis
     assert estimate(RunConfig(), tmp_path).usage.calls == 0
     measuring = estimate(config.updated({"team": "measuring"}), tmp_path)
-    assert "8 calls a design" in measuring.basis, "designs of another team say nothing of its cost"
+    assert "8 calls per design" in measuring.basis, "designs of another team say nothing of its cost"
     assert measuring.usage.input_tokens == 73_000 * config.concepts

@@ -71,7 +71,7 @@ def test_run_json_decides_whether_code_repairs(tmp_path) -> None:
         ({}, "no task and no objective"),
         ({"objective": " "}, "no task and no objective"),
         ({"objective": "press"}, "requires an environment"),
-        ({"objective": "press", "task": "button_pushing"}, "brings its own"),
+        ({"objective": "press", "task": "button_pushing"}, "has its own"),
         ({"task": "button_pushing", "level": "easy"}, "easy"),
         ({"task": "button_pushing", "robot": "nowhere.xml"}, "robot nowhere.xml does not exist"),
         ({"objective": "press", "environment": "<mujoco><geom/></mujoco>"}, "environment cannot be loaded"),

@@ -39,5 +39,5 @@ def test_the_judge_sees_the_pictures_of_the_iteration_and_nobody_else_does(tmp_p
 
 
 def test_rules_see_no_pictures(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="rules see no pictures"):
+    with pytest.raises(UserError, match="rules cannot use pictures"):
         new_run(tmp_path, judge_pictures=True)

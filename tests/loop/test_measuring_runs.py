@@ -229,7 +229,7 @@ def test_one_that_calls_nothing_or_gives_up_ends_invalid(tmp_path: Path) -> None
 
 
 def test_rules_and_ablations_are_no_measuring_team(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="the built-in rules call no tools"):
+    with pytest.raises(UserError, match="the built-in rules cannot call tools"):
         aidsr.design(task=TASK, team="measuring", runs=tmp_path)
-    with pytest.raises(UserError, match='the ablation "direct" is one of the four roles'):
+    with pytest.raises(UserError, match='the ablation "direct" applies to the four roles'):
         aidsr.design(task=TASK, model="m@http://127.0.0.1:9/v1", team="measuring", method="direct", runs=tmp_path)

@@ -79,5 +79,5 @@ def test_what_is_no_model_is_refused(model: object, sentence: str, tmp_path: Pat
 
 
 def test_money_cannot_be_limited_for_an_object(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match='price of "parrot" is not known'):
+    with pytest.raises(UserError, match='price of "parrot" is unknown'):
         aidsr.design(task="button_pushing", model=Parrot(""), budget=Budget(cost_usd=1), runs=tmp_path)

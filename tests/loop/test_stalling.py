@@ -82,7 +82,8 @@ def test_a_stuck_design_costs_three_calls_instead_of_ten(tmp_path) -> None:
     early, outcome = grow(tmp_path, no_progress, stuck)
     assert early == ["designer", "coder", "coder"]
     assert (outcome.outcome, outcome.iteration) == ("invalid", 2)
-    assert outcome.reason == "Stopped early: iterations 1 and 2 found the same, no better: chatter: chatter was seen."
+    said = "iterations 1 and 2 found the same faults, without improvement"
+    assert outcome.reason == f"Stopped early: {said}: chatter: chatter was seen."
     late, outcome = grow(tmp_path, never_stop, stuck)
     assert late == ["designer", *["coder"] * 9]
     assert outcome.iteration == 9

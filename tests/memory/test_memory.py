@@ -153,9 +153,9 @@ def test_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str])
 
     code, said = aidsr("add", file, str(run.path))
     assert code == 1
-    assert "nothing was measured" in said
+    assert "no measurements" in said
     run.design(1).iteration(1).task_report.write(tried(0.3, decisive=False))
-    assert aidsr("add", file, str(run.path)) == (0, f"{file}: 1 new, 1 in all\n")
+    assert aidsr("add", file, str(run.path)) == (0, f"{file}: 1 new, 1 in total\n")
     assert "progress 0.30" in aidsr("show", file)[1]
     assert "progress 0.30" in aidsr("show", file, "--task", "tunnel")[1]
     assert aidsr("show", str(tmp_path / "none"))[0] == 2

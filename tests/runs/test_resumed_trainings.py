@@ -25,12 +25,12 @@ def test_its_verdict_says_so(tmp_path: Path, count: int, said: bool) -> None:
     (tmp_path / "training.json").write_text(json.dumps({"steps": 1, "resumed": count}))
     training = Training(tmp_path)
     assert training.resumed == count
-    assert ("resumed while it learned" in verdict_in_words(training)) is said
+    assert ("resumed during training" in verdict_in_words(training)) is said
     console = Console(file=StringIO(), width=300)
     print_evaluation(console, tmp_path, verdict)
-    assert ("(resumed while it learned)" in console.file.getvalue()) is said
+    assert ("(resumed during training)" in console.file.getvalue()) is said
     (tmp_path / "evaluation.json").unlink()
-    assert ("not judged; resumed while it learned" in verdict_in_words(training)) is said
+    assert ("not judged; resumed during training" in verdict_in_words(training)) is said
 
 
 @pytest.mark.parametrize("content", [{}, {"resumed": "often"}])
@@ -44,5 +44,5 @@ def test_the_rows_and_the_report_of_a_study_say_so() -> None:
     row = DesignRow(arm="a", task="t", run=1, design=1, seeds=2, resumed=2)
     header, line = raw_csv([row]).splitlines()
     assert dict(zip(header.split(","), line.split(","), strict=True))["resumed"] == "2"
-    assert "2 policies resumed while learning" in resumed_in_words([row])
+    assert "2 policies resumed after an interruption" in resumed_in_words([row])
     assert resumed_in_words([row.model_copy(update={"resumed": 0})]) == ""

@@ -29,7 +29,7 @@ def test_baselines_are_arms_of_their_own() -> None:
     assert [arm.settings for arm in arms] == [
         "",
         "robots designed by hand, iterations 0",
-        "numbers found by CMA-ES over 32 robots",
+        "parameters found by CMA-ES over 32 robots",
     ]
 
 
@@ -51,8 +51,8 @@ def test_the_team_that_measures_is_an_arm_beside_the_four_roles() -> None:
 @pytest.mark.parametrize(
     ("ways", "said", "complaint"),
     [
-        (["human"], SAID, "name that first: --method full human"),
-        (["no_groups", "full"], {}, "name that first"),
+        (["human"], SAID, 'list "full" first: --method full human'),
+        (["no_groups", "full"], {}, "first: --method full"),
         (["human_only"], {}, "give it with --feedback"),
     ],
 )
@@ -96,8 +96,8 @@ def test_the_command_shows_the_arms(tmp_path: Path, capsys: pytest.CaptureFixtur
         main([*command, "--feedback", str(file), "--dry-run"])
     assert ended.value.code == 0
     said = capsys.readouterr().out
-    assert "builtin.human       builtin  a person's feedback, the designs of builtin" in said
-    assert "robots not fixed by code" in said
+    assert "builtin.human       builtin  a person's feedback, designs taken from builtin" in said
+    assert "no mechanical repairs" in said
 
 
 def test_the_command_line_and_runs_search_over_as_many_robots() -> None:

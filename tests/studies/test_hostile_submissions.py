@@ -60,7 +60,7 @@ def test_a_plan_that_asks_for_billions_of_designs_is_refused_at_the_first_that_i
     path = written(tmp_path / "large.json", content)
     whole = with_hash(Submission.model_validate_json(path.read_text()))
     path.write_text(whole.model_dump_json())
-    with pytest.raises(UserError, match="the designs are not those of its plan"):
+    with pytest.raises(UserError, match="its designs do not match its plan"):
         leaderboard([path])
 
 

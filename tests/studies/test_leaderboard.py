@@ -81,10 +81,10 @@ def test_figures_that_do_not_follow_are_refused_though_the_hash_is_right(study: 
         tmp_path / "better.json",
         lambda f: {"lines": {"rules": (f.lines["rules"][0].model_copy(update={"valid": 1}),)}},
     )
-    with pytest.raises(UserError, match="the figures of rules are not those of its designs"):
+    with pytest.raises(UserError, match="the figures of rules do not match its designs"):
         leaderboard([better])
     fewer = changed(study, tmp_path / "fewer.json", lambda _: {"designs": (), "lines": {"rules": ()}})
-    with pytest.raises(UserError, match="the designs are not those of its plan"):
+    with pytest.raises(UserError, match="its designs do not match its plan"):
         leaderboard([fewer])
 
 
@@ -131,7 +131,7 @@ def test_what_a_design_takes_is_not_told_before_one_came_to_an_end(study: Study,
 def test_a_submission_counts_once(study: Study, tmp_path: Path) -> None:
     copy = tmp_path / "copy.json"
     copy.write_bytes((study.path / "ours.json").read_bytes())
-    with pytest.raises(UserError, match="are the same submission; name it once"):
+    with pytest.raises(UserError, match="are the same submission; give it once"):
         leaderboard([study.path / "ours.json", copy])
 
 
@@ -155,7 +155,7 @@ def test_whoever_has_the_study_can_check_its_scenes(
     with pytest.raises(SystemExit) as ended:
         main(["leaderboard", str(study.path / "ours.json"), "--study", str(study.path)])
     assert ended.value.code == 0
-    assert "all 1 scenes are those in" in capsys.readouterr().out
+    assert "all 1 scenes match those in" in capsys.readouterr().out
     other = changed(study, tmp_path / "other.json", lambda f: {"scenes_sha256": dict.fromkeys(f.scenes_sha256, "0")})
     with pytest.raises(UserError, match="1 scenes differ, among them rules/reaching/button_pushing/1/1"):
         check_scenes(other, study)

@@ -112,7 +112,7 @@ def test_a_plan_is_frozen_when_its_study_begins(tmp_path: Path) -> None:
     create_study(tmp_path / "s", plan())
     assert open_study(tmp_path / "s").plan == plan()
     assert create_study(tmp_path / "s", plan(versions={"python": "4.0"})).plan == plan()
-    with pytest.raises(UserError, match="other steps; a plan is frozen"):
+    with pytest.raises(UserError, match="other steps; a plan cannot be changed"):
         create_study(tmp_path / "s", plan(steps=7))
     with pytest.raises(UserError, match="is not a study folder"):
         open_study(tmp_path)
@@ -126,12 +126,16 @@ def test_a_plan_is_frozen_when_its_study_begins(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("line", "edited", "said"),
     [
-        ("steps = 300000", "steps = 0", r'"steps": expected greater than or equal to 1, found 0; a plan is not edited'),
-        ("runs = 1", 'runs = "many"', "\"runs\": expected a valid integer.*found 'many'; a plan"),
-        ('level = "standard"', 'level = "easy"', "\"level\": expected 'standard' or 'hard', found 'easy'; a plan"),
+        ("steps = 300000", "steps = 0", r'"steps": expected greater than or equal to 1, found 0; do not edit a plan'),
+        ("runs = 1", 'runs = "many"', "\"runs\": expected a valid integer.*found 'many'; do not edit a plan"),
+        (
+            'level = "standard"',
+            'level = "easy"',
+            "\"level\": expected 'standard' or 'hard', found 'easy'; do not edit a plan",
+        ),
         ("seeds = 0", "seedlings = 0", 'there is no key "seedlings"; found 0 for it'),
         ("concepts = 1", "concepts = 99", r'"arms\[1\].config.concepts": expected less than or equal to 20, found 99'),
-        ('name = "bare"', 'name = "rules"', "every arm needs a name of its own, found rules, rules"),
+        ('name = "bare"', 'name = "rules"', "arm names must be unique, found rules, rules"),
         ("runs = 1", "runs 1", "cannot be read as TOML: .*line"),
     ],
 )
@@ -366,8 +370,8 @@ def test_the_report_is_one_page_with_every_figure_beside_it(finished: Study) -> 
     assert "1/1 (21–100 %)" in page
     assert "its tasks are not public" in page
     table = (finished.path / "report.md").read_text()
-    assert "| bare | robots not fixed by code | 1/1 (21–100 %) | 1/1 (21–100 %) | – | – | – | 1.0 |" in table
-    assert "2 of 2 designs ended." in table
+    assert "| bare | no mechanical repairs | 1/1 (21–100 %) | 1/1 (21–100 %) | – | – | – | 1.0 |" in table
+    assert "2 of 2 designs finished." in table
     assert "| reaching/button_pushing | 1 | 1/1 (21–100 %) | – | – | – |" in table
     assert (finished.path / "report.csv").read_text().count("\n") == 3
     assert len(json.loads((finished.path / "report.json").read_text())["designs"]) == 2
@@ -380,14 +384,14 @@ def test_the_report_says_whether_successful_policies_were_perturbed(
     study = Study(Path(shutil.copytree(finished.path, tmp_path / "s")), plan(seeds=seeds, perturbed=perturbed))
     page = write_report(study).read_text()
     for text in (page, (study.path / "report.md").read_text()):
-        assert ("protocol best; successful policies also played in perturbed scenes" in text) == (seeds * perturbed)
+        assert ("protocol best; successful policies also evaluated in perturbed scenes" in text) == (seeds * perturbed)
 
 
 def test_studies_of_two_protocols_or_with_perturbed_scenes_are_said_to_differ(finished: Study) -> None:
     out = io.StringIO()
     other = Study(finished.path, plan(protocol="paper", perturbed=True))
     print_comparison(Console(file=out, width=200), finished, other)
-    assert "Not the same study: protocol best and paper; perturbed False and True" in out.getvalue()
+    assert "The studies also differ in: protocol best and paper; perturbed False and True" in out.getvalue()
 
 
 def test_a_submission_can_be_checked(finished: Study, tmp_path: Path) -> None:
@@ -492,4 +496,4 @@ def test_designs_must_be_whole_runs(tmp_path: Path, capsys: pytest.CaptureFixtur
     with pytest.raises(SystemExit) as ended:
         main(["benchmark", str(tmp_path / "s"), "--designs", "4"])
     assert ended.value.code == 2
-    assert "3 or 6 would do" in capsys.readouterr().err
+    assert "use 3 or 6 designs" in capsys.readouterr().err

@@ -168,7 +168,7 @@ def test_a_call_without_a_price_counts_at_list_prices(tmp_path: Path) -> None:
 
 def test_a_limit_that_cannot_be_kept_is_refused(tmp_path: Path) -> None:
     local = study_of(tmp_path / "a", paid("m@http://localhost:1/v1"))
-    with pytest.raises(UserError, match="is not known"):
+    with pytest.raises(UserError, match="is unknown"):
         check_budget(local, Budget(cost_usd=1))
     check_budget(local, Budget(tokens=1))
     limited = paid(config=RunConfig(model="openai:gpt-5", budget=Budget(cost_usd=1)))
@@ -242,13 +242,13 @@ def test_the_command_ends_in_a_sentence_that_says_how_to_go_on(
     with pytest.raises(SystemExit) as tried:
         main([*words, "--dry-run"])
     assert tried.value.code == 0
-    assert "Above the limit: $2.19 in all of $0.01 allowed; the study would end" in capsys.readouterr().out
+    assert "Above the limit: $2.19 in total, $0.01 allowed; the study would stop" in capsys.readouterr().out
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(SystemExit) as ended:
         main(words)
     said = capsys.readouterr().out
     assert ended.value.code == 1
-    assert "$0.00 of $0.01 spent; what is left of the money is too little for the next call" in said
+    assert "$0.00 of $0.01 spent; the rest of the money is not enough for the next call" in said
     named = "openai-gpt-5/reaching.button_pushing/1, openai-gpt-5.no_groups/reaching.button_pushing/1"
     assert f"2 runs are unfinished ({named})" in said, "what waits for an unpaid run is unpaid too"
     assert "The run may cost" not in said, "a share that was too small is no failure"
@@ -258,7 +258,7 @@ def test_the_command_ends_in_a_sentence_that_says_how_to_go_on(
     with pytest.raises(SystemExit):
         main(["benchmark", str(tmp_path / "s"), "--resume", "--jobs", "1", "--max-tokens", "1000000"])
     said = capsys.readouterr().out
-    assert "$0.00 of $0.01 spent and 0 of 1,000,000 tokens used; what is left of the money is too little" in said
+    assert "$0.00 of $0.01 spent and 0 of 1,000,000 tokens used; the rest of the money is not enough" in said
     assert "--max-tokens" not in said.partition("By the estimate")[2], "only the limit that refused has to be raised"
     assert read_budget(open_study(tmp_path / "s")) == Budget(cost_usd=0.01, tokens=1_000_000), "both hold"
 

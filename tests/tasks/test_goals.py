@@ -228,7 +228,7 @@ def test_the_example_is_kept_with_its_run(example):
     assert (brief.task, brief.base, brief.needs_contact) == ("", "any", True)
     run = create_run(brief, RunConfig(), runs=example, goal=Path("goal.toml"))
     assert run.goal.read().decode() == FILES["goal.toml"]
-    with pytest.raises(UserError, match="brings its own objective, environment and goal"):
+    with pytest.raises(UserError, match="has its own objective, environment and goal"):
         make_brief(task="button_pushing", goal=Path("goal.toml"))
 
 
@@ -257,7 +257,7 @@ def test_a_lighter_example_can_be_done_by_a_small_arm(example, capsys):
     with pytest.raises(SystemExit) as ended:
         main(["probe", "scene.xml", "--goal", "goal.toml", "--candidates", "48", "--variations", "1", "--threads", "1"])
     assert ended.value.code == 0
-    assert "goal/touch: for 1 of 1 variations some motion wins; one motion wins 1 of 1" in capsys.readouterr().out
+    assert "goal/touch: 1 of 1 variations solved; best single motion solves 1 of 1" in capsys.readouterr().out
 
 
 TOLD = {

@@ -305,7 +305,7 @@ def test_a_short_training_is_told(tmp_path: Path) -> None:
     told = call(work, "train", scene="scene_1", steps=4000)
     assert told.startswith("after 4,000 steps: success in ")
     assert " of 20 development variations" in told
-    assert re.search(r"^what ended 20 episodes: .*\d+ by (success|the time limit of 4 s)", told, re.M)
+    assert re.search(r"^20 episodes ended: .*\d+ by (success|the time limit of 4 s)", told, re.M)
     assert re.search(
         r"^trained for \d+\.\d minutes and [\d,]+ control steps, until (its policy|all steps) .*; ", told, re.M
     )

@@ -57,27 +57,33 @@ class Budget(Artifact):
     tokens: Annotated[
         int | None,
         Field(
-            ge=1, title="Maximum tokens of the run, in and out", description="Maximum tokens of the run, in and out."
+            ge=1,
+            title="Maximum tokens of the run",
+            description="Maximum tokens of the run, input and output together.",
         ),
     ] = None
     cost_usd: Annotated[
         float | None,
         Field(
             gt=0,
-            title="Maximum cost of the run, in dollars",
-            description="Maximum cost of the run, in dollars; the model's price must be known.",
+            title="Maximum cost of the run [USD]",
+            description="Maximum cost of the run in dollars; the price of the model must be known.",
         ),
     ] = None
     tokens_per_design: Annotated[
         int | None,
-        Field(ge=1, title="Maximum tokens of one design", description="Maximum tokens of one design, in and out."),
+        Field(
+            ge=1,
+            title="Maximum tokens per design",
+            description="Maximum tokens of one design, input and output together.",
+        ),
     ] = None
     cost_per_design_usd: Annotated[
         float | None,
         Field(
             gt=0,
-            title="Maximum cost of one design, in dollars",
-            description="Maximum cost of one design, its share of the Designer's first call included.",
+            title="Maximum cost per design [USD]",
+            description="Maximum cost of one design in dollars, including its share of the Designer's first call.",
         ),
     ] = None
 
@@ -102,10 +108,10 @@ class RunConfig(Artifact):
         str,
         Field(
             title="Model",
-            description='Who designs: "builtin" for the rules, which need no key, or a language model, for example '
-            "openai:gpt-5, anthropic:…, google:…, openrouter:…, ollama:…, or MODEL@URL of a compatible server; "
-            "manual:DIRECTORY to answer in files, replay:RUN to reuse recorded replies. No API call unless you name a "
-            "model.",
+            description='Who designs: "builtin" for the built-in rules, which need no API key, or a language model, '
+            "for example openai:gpt-5, anthropic:…, google:…, openrouter:…, ollama:…, or MODEL@URL for a compatible "
+            "server; manual:DIRECTORY to answer prompts in files, replay:RUN to reuse recorded replies. No API is "
+            "called unless you name a model.",
         ),
     ] = BUILTIN
     """Never holds a key."""
@@ -117,8 +123,8 @@ class RunConfig(Artifact):
         Field(
             ge=1,
             le=20,
-            title="Concepts, side by side",
-            description="Number of concepts, designed side by side.",
+            title="Number of concepts",
+            description="Number of concepts, which are designed in parallel.",
         ),
     ] = 3
     """Source: AID-SR, three concepts."""
@@ -127,8 +133,8 @@ class RunConfig(Artifact):
         Field(
             ge=0,
             le=100,
-            title="Repairs of each design, at most",
-            description="Maximum repairs after the first iteration, per concept and round.",
+            title="Maximum repairs per design",
+            description="Maximum number of repairs after the first iteration, per concept and round.",
         ),
     ] = 8
     """Source: AID-SR, eight iterations."""
@@ -136,8 +142,8 @@ class RunConfig(Artifact):
         int,
         Field(
             ge=256,
-            title="Output tokens of one call, at most",
-            description="Maximum output tokens of one call to a language model, reasoning included.",
+            title="Maximum output tokens per call",
+            description="Maximum output tokens of one call to a language model, including reasoning.",
         ),
     ] = 20_000
     """Source: AID-SR, 20,000 tokens."""
@@ -152,16 +158,16 @@ class RunConfig(Artifact):
     repairs: Annotated[
         bool,
         Field(
-            title="Fix unambiguous mistakes of a robot by code",
-            description="Fix unambiguous mistakes of a robot by code before it is validated; that costs neither a call "
-            "nor an iteration.",
+            title="Fix unambiguous mistakes automatically",
+            description="Fix unambiguous mistakes of a robot automatically before it is validated, without a call to a "
+            "model and without an iteration.",
         ),
     ] = True
     early_stop: Annotated[
         bool,
         Field(
-            title="Stop a design early when nothing improves",
-            description="Stop a design when a role is asked for the same change again and nothing improved.",
+            title="Stop early without improvement",
+            description="Stop a design when a role gets the same request again and nothing has improved.",
         ),
     ] = True
     """The paper's method has no such rule: studies of it switch it off."""
@@ -172,25 +178,25 @@ class RunConfig(Artifact):
             ge=8,
             le=8000,
             multiple_of=8,
-            description='Robots that the baseline "search" tries for each design, in generations of eight; each takes '
-            "seconds of one core.",
+            description='Number of robots that the baseline "search" tries for each design, in generations of eight; '
+            "each robot takes seconds on one core.",
         ),
     ] = 32
     """Our choice: minutes of one core."""
     judge_pictures: Annotated[
         bool,
         Field(
-            title="Show the Judge pictures of the scene",
-            description="Show the Judge pictures of the scene, and let the measuring team draw some; only for a model "
-            "that takes images.",
+            title="Show pictures to the Judge",
+            description="Show the Judge pictures of the scene, and let the measuring team request pictures; only for "
+            "models that accept images.",
         ),
     ] = False
     task_feedback: Annotated[
         bool,
         Field(
-            title="Try each stable scene on its task, and send back what falls short",
-            description="Try each stable scene on its task with open-loop motions, show the Judge what came of it, and "
-            "send the scene back to the role to blame where it falls short; requires a task or a goal.",
+            title="Task feedback: try each stable scene on its task",
+            description="Try each stable scene on its task with open-loop motions, show the result to the Judge, and "
+            "send a scene that falls short back to the responsible role; requires a task or a goal.",
         ),
     ] = False
     """The paper names this as missing from its method."""
@@ -199,8 +205,8 @@ class RunConfig(Artifact):
         Field(
             ge=1,
             le=10,
-            title="Times a design may go back for that",
-            description="How often a design may be sent back by the trial on its task, each time with all its "
+            title="Task feedback rounds",
+            description="Maximum number of times that task feedback sends a design back, each time with all its "
             "iterations.",
         ),
     ] = 2
@@ -209,20 +215,20 @@ class RunConfig(Artifact):
         int,
         Field(
             ge=0,
-            title="Control steps of training in that trial; 0 trains none",
-            description="Control steps of a policy that is trained where no motion of the trial on its task succeeds, "
-            "and passes the scene if it wins at all, in a valid way; 0 trains none. Requires that trial and the extra "
+            title="Task feedback training steps (0: none)",
+            description="Control steps of a policy that task feedback trains if no motion succeeds; the scene passes "
+            "if the policy succeeds at least once, in a valid way. 0 trains none. Requires task feedback and the extra "
             '"rl".',
         ),
     ] = 0
-    budget: Annotated[Budget, Field(description="Limits of what a language model may use.")] = Budget()
+    budget: Annotated[Budget, Field(description="Limits of tokens and cost of a model.")] = Budget()
     """As given at the start; a later one may replace it, see `aidsr.resume`."""
     team: Annotated[
         Literal["four_roles", "measuring"],
         Field(
             title="Team",
-            description="The paper's four roles, or one model that makes robots and measures them with tools until one "
-            "does the job; see docs/designing.md.",
+            description="The four roles of the paper, or one model that makes robots and measures them with tools "
+            "until one does the task; see docs/designing.md.",
         ),
     ] = "four_roles"
     tool_calls: Annotated[
@@ -230,8 +236,8 @@ class RunConfig(Artifact):
         Field(
             ge=4,
             le=1000,
-            title="Calls of tools of the measuring team, at most",
-            description="Maximum calls of tools for each design of --team measuring.",
+            title="Maximum tool calls per design",
+            description="Maximum number of tool calls for each design, with --team measuring.",
         ),
     ] = 80
     """Our choice: twice what a design took that was measured by hand."""
@@ -239,35 +245,35 @@ class RunConfig(Artifact):
         int,
         Field(
             ge=1,
-            title="Minutes of its tools, at most",
-            description="Maximum minutes that the tools of each design of --team measuring take.",
+            title="Maximum tool minutes per design",
+            description="Maximum running time of the tools for each design in minutes, with --team measuring.",
         ),
     ] = 60
     """Our choice."""
     memory: Annotated[
         str,
         Field(
-            title="Memory: file of lessons of earlier runs",
-            description="File of what earlier runs measured, made by `aidsr memory add`; the designer is told the "
-            "lessons on the likest jobs. Empty for none.",
+            title="Memory file",
+            description="File with measurements of earlier runs, written by `aidsr memory add`; the designer gets the "
+            "lessons of the most similar jobs. Empty for none.",
         ),
     ] = ""
     """Benchmarks leave it empty unless it is what they measure."""
     memory_without_task: Annotated[
-        bool, STUDY_ONLY, Field(description="Leave out what the memory holds of the run's own task.")
+        bool, STUDY_ONLY, Field(description="Leave out the lessons of the run's own task.")
     ] = False
     """For measuring whether lessons carry over to a task that has no part in them."""
     text_tools: Annotated[
         bool,
         Field(
-            title="Write calls of tools as text",
-            description="Let the measuring team write its calls of tools as text, for a server that takes no tools.",
+            title="Tool calls as text",
+            description="Let the measuring team write its tool calls as text, for servers without support for tools.",
         ),
     ] = False
     human: Annotated[
         bool,
         Field(
-            title="Ask me about each design that the Judge passed",
+            title="Ask me to review each design that the Judge passed",
             description="Ask a person about each scene that the Judge passed: approve, refine or quit.",
         ),
     ] = False

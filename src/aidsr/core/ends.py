@@ -30,7 +30,7 @@ def ends_in_words(episodes: Sequence[EpisodeResult], hold_s: float) -> list[str]
     for some in passed.values():
         worst = max(some, key=lambda limit: limit.worst)
         longest = worst.model_copy(update={"time_s": max(limit.time_s for limit in some)})
-        lines.append(f"a limit passed in {len(some)} of {len(episodes)}, at most: {longest.text}")
+        lines.append(f"a limit exceeded in {len(some)} of {len(episodes)}, worst: {longest.text}")
     return lines
 
 
@@ -39,9 +39,10 @@ def mean_action_in_words(evaluation: Evaluation) -> list[str]:
     found = evaluation.mean_action
     if found is None:
         return []
-    needed = " (no policy is needed for that)" if 2 * found.succeeded >= found.of else ""
+    needed = " (no policy is needed)" if 2 * found.succeeded >= found.of else ""
     return [
-        f"of {found.of} episodes that the policy won its mean action, held all the time, wins {found.succeeded}{needed}"
+        f"the constant mean action of the policy wins {found.succeeded} of {found.of} episodes that the policy "
+        f"wins{needed}"
     ]
 
 
@@ -62,7 +63,7 @@ def rules_in_words(episodes: Sequence[EpisodeResult], *, time_limit_s: float, fa
     }
     counts = Counter(episode.ended for episode in episodes)
     told = ", ".join(f"{count} by {rules[ended]}" for ended, count in counts.most_common())
-    return f"what ended {len(episodes)} episodes: {told}"
+    return f"{len(episodes)} episodes ended: {told}"
 
 
 def _fewer(episodes: Sequence[EpisodeResult]) -> int:
@@ -70,7 +71,7 @@ def _fewer(episodes: Sequence[EpisodeResult]) -> int:
 
 
 def _words(episode: EpisodeResult) -> str:
-    ended = {"failed": ", lost by the task's own rule", "diverged": ", where the simulation diverged"}
+    ended = {"failed": ", failed by the task's own rule", "diverged": ", then the simulation diverged"}
     return episode.reached + ended.get(episode.ended, "")
 
 
@@ -79,4 +80,4 @@ def _stage(alike: Sequence[EpisodeResult], hold_s: float) -> str:
     words, held_s = _words(alike[0]), max(episode.held_s for episode in alike)
     if alike[0].ended == "succeeded" or not (held_s and hold_s):
         return words
-    return f"{words}: {held_s:.3g} s of {hold_s:.3g} s at most"
+    return f"{words}; held for at most {held_s:.3g} s of {hold_s:.3g} s"

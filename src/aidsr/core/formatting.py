@@ -115,7 +115,7 @@ def format_time_left(steps: float, per_s: float) -> str:
         steps: That are left; work may end before them.
         per_s: Of them in a second, lately.
     """
-    return f"{format_duration(max(steps, 0.0) / per_s)} left at most" if per_s > 0 else "–"
+    return f"at most {format_duration(max(steps, 0.0) / per_s)} left" if per_s > 0 else "–"
 
 
 def format_repairs(counts: Mapping[str, int]) -> str:

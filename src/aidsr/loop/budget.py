@@ -24,9 +24,7 @@ def check_prices(budget: Budget, model: str, price: Price) -> None:
         UserError: The budget cannot be kept.
     """
     if budget.limits_cost and price(1, 1) is None:
-        raise UserError(
-            f'the price of "{model}" is not known, so a limit on money cannot be kept; limit tokens instead'
-        )
+        raise UserError(f'the price of "{model}" is unknown, so a cost limit cannot be enforced; limit tokens instead')
 
 
 def priced(usage: Usage, price: Price) -> Usage:
@@ -109,7 +107,7 @@ class Ledger:
             if refusal := self._refusal(self._spent, number, bound):
                 raise refusal
             if self._interrupted:
-                raise ModelError("interrupted before it could be asked")
+                raise ModelError("interrupted before the call was made")
             self._changed.wait()
 
     def _spent_at_most(self) -> dict[int, Usage]:
@@ -162,11 +160,11 @@ def _beyond(tokens: int | None, cost_usd: float | None, spent: Usage, bound: Usa
     refused: dict[Limit, str] = {}
     if tokens is not None and used + more > tokens:
         refused["tokens"] = (
-            f"The {what} may use {tokens:,} tokens; {used:,} are used, and the next call could take {more:,}."
+            f"The {what} may use {tokens:,} tokens; {used:,} are used, and the next call could use {more:,}."
         )
     paid, price = spent.cost_usd or 0.0, bound.cost_usd or 0.0
     if cost_usd is not None and paid + price > cost_usd:
         refused["cost_usd"] = (
-            f"The {what} may cost ${cost_usd:.2f}; ${paid:.4f} are spent, and the next call could cost ${price:.4f}."
+            f"The {what} may cost ${cost_usd:.2f}; ${paid:.4f} is spent, and the next call could cost ${price:.4f}."
         )
     return refused

@@ -36,16 +36,16 @@ def estimate(config: RunConfig, runs: Path) -> Estimate:
         runs: Folder of earlier runs.
     """
     if is_offline(config.model):
-        return Estimate(Usage(), "rules ask no language model")
+        return Estimate(Usage(), "the rules call no language model")
     earlier = _earlier(config, runs)
     if earlier:
         total = sum(earlier, Usage())
         mean = _times(total, config.concepts / len(earlier))
-        return Estimate(mean, f"the mean of {len(earlier)} designs by this model in {runs}")
+        return Estimate(mean, f"the mean of {len(earlier)} earlier designs of this model in {runs}")
     typical = _MEASURING if config.team == "measuring" else _TYPICAL
     whole = _times(typical, config.concepts)
     cost = price_of(config.model)(whole.input_tokens, whole.output_tokens)
-    basis = f"a rule of thumb, {typical.calls} calls a design, and list prices"
+    basis = f"a rule of thumb, {typical.calls} calls per design, and list prices"
     return Estimate(whole.model_copy(update={"cost_usd": cost}), basis)
 
 

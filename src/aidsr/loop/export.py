@@ -89,7 +89,7 @@ def export(
     learnt = _last_training(given.design) if policy else None
     target = folder or (subject / "export" if subject.is_dir() else subject.with_name(f"{subject.stem}_export"))
     if target.exists() and (not target.is_dir() or (any(target.iterdir()) and not (target / MARK).exists())):
-        raise UserError(f"{target} exists and is no earlier export; name another folder to write, or empty it")
+        raise UserError(f"{target} exists and is not an earlier export; give another output folder, or empty this one")
     designed = validate(given.mjcf, mount=given.mount, environment=given.environment, realizable=True)
     reports = (*given.reports, designed)
     made = build_robot(given.mjcf, reports, printer_named(printer), material=material)
@@ -115,8 +115,8 @@ def _read(subject: Path) -> _Subject:
     robot = design.final_robot.read()
     if robot is None:
         raise UserError(
-            f"{subject} is not an approved design: final_robot.xml not found; give the folder of one, as "
-            "runs/…/designs/1, or the MJCF of a robot"
+            f"{subject} is not an approved design: final_robot.xml not found; give the folder of an approved design, "
+            "for example runs/…/designs/1, or the MJCF of a robot"
         )
     brief = Run(design.path.parent.parent).brief()
     kept = design.leading_to()
@@ -142,7 +142,7 @@ def _last_training(design: DesignFolder | None) -> Training:
     """Return the design's last finished training."""
     finished = [one for one in trainings_of(design) if one.result.path.exists()] if design else []
     if not finished:
-        raise UserError("a trained policy was asked for, and there is none; train the design first, with aidsr train")
+        raise UserError("no trained policy found; train the design first with aidsr train")
     return finished[-1]
 
 

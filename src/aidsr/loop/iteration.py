@@ -235,7 +235,7 @@ def _phase_in_words(report: TaskReport) -> str:
 def _verdict_in_words(critique: Critique) -> str:
     if critique.passed:
         return "passed"
-    return "blames the " + " and the ".join(dict.fromkeys(issue.blame for issue in critique.issues))
+    return "changes requested from the " + " and the ".join(dict.fromkeys(issue.blame for issue in critique.issues))
 
 
 def _faults(error: MjcfError | IsolationError) -> tuple[Fault, ...]:

@@ -62,7 +62,7 @@ class DesignLoop:
                 case Decision(verdict="approve"):
                     return self._approve(iteration, state.draft)
                 case Decision(verdict="quit"):
-                    reason = result.text or "A person ended it."
+                    reason = result.text or "Ended by the reviewer."
                     return Outcome(outcome="quit", reason=reason, iteration=iteration.folder.number)
                 case Decision():
                     brief = _brief_with_kept_parts(self.brief, state.draft, result)
@@ -75,7 +75,7 @@ class DesignLoop:
         try:
             state.draft, result = iteration.run(state.draft, state.requested)
         except ReplyError as error:
-            return Outcome(outcome="invalid", reason=f"No usable reply came: {error}", iteration=number)
+            return Outcome(outcome="invalid", reason=f"No usable reply: {error}", iteration=number)
         except NoBetterDesignError as error:
             return Outcome(outcome="invalid", reason=str(error), iteration=number)
         except BudgetError as error:
@@ -115,8 +115,8 @@ class DesignLoop:
         assert concept is not None, "a design begins with its concept"
         scene = best.scene.xml.path.relative_to(self.design.path.parent.parent).as_posix()
         reason = (
-            f"The best body is {concept.name}, iteration {best.number}. {critique.summary} "
-            f"To train it all the same: aidsr train {scene} --goal goal.toml, in the run's folder. {ended.reason}"
+            f"The best robot is {concept.name}, iteration {best.number}. {critique.summary} "
+            f"To train it anyway: aidsr train {scene} --goal goal.toml, in the run's folder. {ended.reason}"
         )
         return Outcome(outcome="invalid", reason=reason, iteration=best.number)
 
@@ -141,7 +141,7 @@ class DesignLoop:
 
     def _give_up(self, change: Change, number: int) -> Outcome:
         attempts = 1 + self.iterations
-        reason = f"Still wrong after {attempts} {'attempt' if attempts == 1 else 'attempts'}: {change.reason}"
+        reason = f"Faults remain after {attempts} {'attempt' if attempts == 1 else 'attempts'}: {change.reason}"
         return Outcome(outcome="invalid", reason=reason, iteration=number)
 
 
@@ -180,7 +180,8 @@ def _progress(iteration: Iteration) -> float:
 
 
 def _stop_early(change: Change, number: int) -> Outcome:
-    reason = f"Stopped early: iterations {number - 1} and {number} found the same, no better: {change.reason}"
+    same = f"iterations {number - 1} and {number} found the same faults, without improvement"
+    reason = f"Stopped early: {same}: {change.reason}"
     return Outcome(outcome="invalid", reason=reason, iteration=number)
 
 

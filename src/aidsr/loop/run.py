@@ -190,13 +190,13 @@ def make_brief(
     if task:
         if objective or environment or goal:
             raise UserError(
-                f'the task "{task}" brings its own objective, environment and goal; give either it or yours'
+                f'the task "{task}" has its own objective, environment and goal; give either the task or your own'
             )
         return load_task(task, level).brief().model_copy(update={"starting_robot": starting_robot})
     if not objective.strip():
-        raise UserError("no task and no objective given; name one of `aidsr tasks`, or say what the robot should do")
+        raise UserError("no task and no objective given; name a task of `aidsr tasks`, or say what the robot should do")
     if not environment:
-        raise UserError("an objective in words requires an environment; give the MJCF of everything but the robot")
+        raise UserError("an objective in words requires an environment; give its MJCF without a robot")
     mjcf = mjcf_text(environment, "environment")
     try:
         summary = summarize_environment(mjcf)

@@ -143,7 +143,7 @@ def _errors_logged(log: EventLog, halted: threading.Event) -> Iterator[None]:
             log.write(Stopped(cause="error", message=str(error)))
         raise
     except (KeyboardInterrupt, HaltedError):
-        log.write(Stopped(cause="interrupted", message="interrupted by the person at the keyboard"))
+        log.write(Stopped(cause="interrupted", message="interrupted by the user"))
         raise
     except AidsrError as error:
         if halted.is_set():

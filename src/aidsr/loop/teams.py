@@ -37,14 +37,14 @@ def check_model(config: RunConfig, budget: Budget, model: Model | None = None) -
         require_extra(provider.extra, f'model "{provider.prefix}"')
     if provider and provider.is_offline:
         if config.judge_pictures:
-            raise UserError("the built-in rules see no pictures; name a language model")
+            raise UserError("the built-in rules cannot use pictures; name a language model")
         if config.method == "direct":
             raise UserError("the built-in rules cannot be prompted directly; name a language model")
         if config.team == "measuring":
-            raise UserError("the built-in rules call no tools; name a language model for the measuring team")
+            raise UserError("the built-in rules cannot call tools; name a language model for the measuring team")
         return
     if config.team == "measuring" and config.method != "full":
-        raise UserError(f'the ablation "{config.method}" is one of the four roles; leave out the measuring team')
+        raise UserError(f'the ablation "{config.method}" applies to the four roles; leave out the measuring team')
     client = model or connect(config.model)
     if isinstance(client, ManualModel):
         client.check_available()
@@ -68,9 +68,9 @@ def check_effects(config: RunConfig, model: Model | None = None) -> None:
         if name in changed and config.team != "measuring":
             raise UserError(f"{name} is for the measuring team; choose that team, or leave {name} out")
     if "task_rounds" in changed and not config.task_feedback:
-        raise UserError("task_rounds requires task_feedback; switch that on, or leave task_rounds out")
+        raise UserError("task_rounds requires task_feedback; switch task_feedback on, or leave task_rounds out")
     if config.memory and model is None and is_offline(config.model):
-        raise UserError("the built-in rules read no memory; name a language model, or leave the memory out")
+        raise UserError("the built-in rules do not use a memory; name a language model, or leave the memory out")
 
 
 def model_name(model: Model) -> str:

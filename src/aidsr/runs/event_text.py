@@ -18,18 +18,18 @@ from aidsr.runs.events import (
 )
 
 DOING = {
-    "concepts": "the Designer thinks of concepts",
+    "concepts": "the Designer proposes concepts",
     "concept": "the Designer revises the concept",
     "robot": "the Coder writes the robot",
     "robot_report": "the robot is validated",
     "placement": "the Scene Integrator places the robot",
-    "scene": "robot and environment are put together",
+    "scene": "robot and environment are assembled",
     "scene_report": "the scene is validated",
     "preview": "a picture is drawn",
-    "critique": "the Judge looks at the scene",
+    "critique": "the Judge reviews the scene",
     "task_report": "the scene is tried on its task",
-    "measured_again": "what came farthest is measured again",
-    "motion": "its motion is drawn",
+    "measured_again": "the best scene is measured again",
+    "motion": "the motion is drawn",
 }
 """Text of each step while it runs."""
 _FOUND = {
@@ -71,8 +71,8 @@ def sentence(event: Event) -> str:
 
 def tried_text(body: Tried | BodyTried) -> str:
     """Return what came of a body that was tried."""
-    came = "could not be played" if body.progress is None else f"progress {body.progress:.2f}"
-    won = ", a motion wins" if body.succeeded else ""
-    before = ", refused by the Judge before, ranked again" if body.refused else ""
-    which = f"again, {body.motions} motions" if body.motions else f"of at most {body.most}"
+    came = "could not be simulated" if body.progress is None else f"progress {body.progress:.2f}"
+    won = ", a motion succeeds" if body.succeeded else ""
+    before = ", rejected by the Judge earlier, ranked again" if body.refused else ""
+    which = f"again with {body.motions} motions" if body.motions else f"of at most {body.most}"
     return f"body {body.number} {which}: {body.name}: {came}{won}{before} ({body.seconds:.1f} s)"

@@ -139,7 +139,7 @@ def trainings_of(design: DesignFolder) -> tuple[Training, ...]:
 
 def verdict_in_words(training: Training) -> str:
     """Return what a training came to: its verdict and the share of held-out episodes, or that there is none yet."""
-    resumed = ["resumed while it learned, so not the policy of an undisturbed training"] if training.resumed else []
+    resumed = ["resumed during training, so not the policy of an uninterrupted training"] if training.resumed else []
     verdict = training.evaluation.read()
     if verdict is None:
         state = "not judged" if training.result.path.exists() else "not finished"

@@ -87,8 +87,8 @@ def make_plan(
         whole = designs // concepts * concepts
         near = " or ".join(str(each) for each in (whole, whole + concepts) if each > 0)
         raise UserError(
-            f"{designs} designs of a task are not whole runs of {concepts} concepts; {near} would do, or concepts "
-            f"{designs if designs <= 20 else 1}"
+            f"{designs} designs per task is not a multiple of {concepts} concepts per run; use {near} designs, or "
+            f"set concepts to {designs if designs <= 20 else 1}"
         )
     chosen = task_names() if list(tasks) == ["all"] else tuple(load_task(name).name for name in tasks)
     said = read_feedback(feedback, chosen) if feedback else {}
@@ -134,7 +134,9 @@ def make_arms(
     """
     lacking = [way for way in ways if way in _SAME_DESIGNS]
     if lacking and "full" not in ways[: ways.index(lacking[0])]:
-        raise UserError(f'"{lacking[0]}" continues the designs of "full"; name that first: --method full {lacking[0]}')
+        raise UserError(
+            f'"{lacking[0]}" continues the designs of "full"; list "full" first: --method full {lacking[0]}'
+        )
     spoken = [way for way in ways if way in _WITH_A_PERSON]
     if spoken and not feedback:
         raise UserError(f'"{spoken[0]}" requires the feedback of a person on each task; give it with --feedback FILE')

@@ -164,7 +164,7 @@ class StudyBudget:
 def _dollars(usage: Usage, arm: Arm) -> float:
     """Return what calls cost [USD]."""
     if usage.cost_usd is None:
-        raise UserError(f'the price of "{arm.config.model}" is not known; limit tokens instead (--max-tokens)')
+        raise UserError(f'the price of "{arm.config.model}" is unknown; limit tokens instead (--max-tokens)')
     return usage.cost_usd
 
 

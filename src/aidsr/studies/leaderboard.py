@@ -41,14 +41,17 @@ def leaderboard(paths: Sequence[Path]) -> str:
     seen: dict[str, Path] = {}
     for path, submission in found.items():
         if submission.sha256 in seen:
-            raise UserError(f"{path} and {seen[submission.sha256]} are the same submission; name it once")
+            raise UserError(f"{path} and {seen[submission.sha256]} are the same submission; give it once")
         seen[submission.sha256] = path
     groups: dict[Conditions, list[tuple[Path, ArmLine]]] = {}
     for path, submission in found.items():
         groups.setdefault(_conditions(submission), []).extend((path, arm) for arm in _arms(submission))
     parts = [_table(conditions, rows) for conditions, rows in groups.items()]
     hashes = [f"- {format_cell(path.name)}: sha256 {submission.sha256}" for path, submission in found.items()]
-    return "\n\n".join([*parts, "Files, each with figures that follow from its outcomes:\n" + "\n".join(hashes)]) + "\n"
+    return (
+        "\n\n".join([*parts, "Files; the figures of each were checked against its outcomes:\n" + "\n".join(hashes)])
+        + "\n"
+    )
 
 
 def check_scenes(path: Path, study: Study) -> int:
@@ -61,7 +64,7 @@ def check_scenes(path: Path, study: Study) -> int:
     unlike = sorted(name for name in submitted.keys() | here.keys() if submitted.get(name) != here.get(name))
     if unlike:
         raise UserError(
-            f"{study.path} does not hold what {path} was made from: {len(unlike)} scenes differ, among them {unlike[0]}"
+            f"{study.path} does not contain the scenes of {path}: {len(unlike)} scenes differ, among them {unlike[0]}"
         )
     return len(submitted)
 
@@ -97,7 +100,9 @@ def _row(path: Path, arm: ArmLine, trained: bool) -> str:
     line = arm.line
     judged = [format_rate(line, of) if trained else "not trained" for of in ("valid", "successful")]
     tokens, cost, _ = taken_in_words(line)
-    designs = f"{line.attempted}" if line.complete == line.attempted else f"{line.complete} of {line.attempted} done"
+    designs = (
+        f"{line.attempted}" if line.complete == line.attempted else f"{line.complete} of {line.attempted} finished"
+    )
     cells = [
         path.name,
         arm.arm,

@@ -86,10 +86,10 @@ def cost_and_success(arms: Sequence[ArmLine]) -> str:
         paper = (PAPER.cost_usd, 100 * PAPER.successful_by_table)
         axes.plot(*paper, "x", color=SOFT)
         axes.annotate("published, other tasks", paper, (-6, 5), textcoords="offset points", fontsize=8, ha="right")
-        axes.set_xlabel("cost of a design [USD]")
+        axes.set_xlabel("cost per design [USD]")
         axes.set_ylabel("successful designs [%]")
         axes.set_ylim(0, 100)
         axes.set_xlim(left=-0.02)
         axes.grid()
 
-    return svg_plot(draw, (5.2, 4.2), "cost of a design and share of successful designs", key="cost")
+    return svg_plot(draw, (5.2, 4.2), "cost per design and share of successful designs", key="cost")

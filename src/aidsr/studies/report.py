@@ -106,12 +106,12 @@ def taken_in_words(line: Line) -> tuple[str, str, str]:
 
 ARM_HEADS = (
     "arm",
-    "not as usual",
+    "changes",
     "approved",
     "stable",
     "valid",
     "successful",
-    "episodes (95 %)",
+    "episodes (95 % CI)",
     "iterations",
     "tokens",
 )
@@ -135,7 +135,7 @@ def _markdown(
         head += ["## Arms", "\n".join(compared)]
         against = differences(rows, arms[0].arm)
         real = [f"{d.arm} {d.what} {_change(d)}" for d in against if d.real]
-        head += [f"Differences from {arms[0].arm} that are more than noise: {'; '.join(real) or 'none'}."]
+        head += [f"Significant differences from {arms[0].arm}: {'; '.join(real) or 'none'}."]
     parts = [
         f"## {arm.arm} ({format_cell(arm.model)})\n\n"
         f"{table_markdown([*tables[arm.arm], arm.line], trained=study.plan.seeds > 0)}\n"
@@ -155,16 +155,16 @@ def _standing(study: Study, rows: Sequence[DesignRow]) -> str:
 
 def _perturbed(plan: StudyPlan) -> str:
     """Return that successful policies were played in perturbed scenes, as the end of a sentence; empty if not."""
-    return "; successful policies also played in perturbed scenes" if plan.seeds and plan.perturbed else ""
+    return "; successful policies also evaluated in perturbed scenes" if plan.seeds and plan.perturbed else ""
 
 
 def _reached(study: Study, whole: Line) -> str:
     """Describe the progress of a study."""
-    summary = f"{whole.ended} of {whole.attempted} designs ended."
+    summary = f"{whole.ended} of {whole.attempted} designs finished."
     if study.plan.seeds and whole.complete < whole.ended:
-        summary = f"{summary[:-1]}, {whole.complete} of them with every policy judged."
+        summary = f"{summary[:-1]}, {whole.complete} of them with every policy evaluated."
     if whole.complete < whole.attempted:
-        summary += " Whatever is not reached yet, or was given up, is in every denominator and counts as failed."
+        summary += " Unfinished and failed designs are included in every denominator and count as failures."
     return summary
 
 
@@ -173,14 +173,14 @@ def resumed_in_words(rows: Sequence[DesignRow]) -> str:
     resumed = sum(row.resumed for row in rows)
     if not resumed:
         return ""
-    return f" {counted(resumed, 'policy')} resumed while learning: not what undisturbed trainings would have learned."
+    return f" {counted(resumed, 'policy')} resumed after an interruption, which changes the result of training."
 
 
 def format_training(seeds: int, steps: int, protocol: str) -> str:
     """Return how designs are trained: so many policies each, their budget, and the protocol."""
     if not seeds:
         return "not trained"
-    return f"{counted(seeds, 'policy')} a design, at most {steps:,} control steps, protocol {protocol}"
+    return f"{counted(seeds, 'policy')} per design, at most {steps:,} control steps, protocol {protocol}"
 
 
 def _change(found: Difference) -> str:
@@ -191,8 +191,8 @@ def _change(found: Difference) -> str:
 
 _PAPER_IN_WORDS = (
     f"Published, for orientation ({PAPER.source}): {100 * PAPER.valid:.1f} % valid, {100 * PAPER.successful:.1f} % "
-    f"successful ({100 * PAPER.successful_by_table:.1f} % by its own table), {PAPER.tokens:,} tokens, "
-    f"${PAPER.cost_usd:.2f} and {PAPER.latency_s:.0f} s a design."
+    f"successful ({100 * PAPER.successful_by_table:.1f} % according to its table), {PAPER.tokens:,} tokens, "
+    f"${PAPER.cost_usd:.2f} and {PAPER.latency_s:.0f} s per design."
 )
 
 

@@ -128,8 +128,8 @@ def _check_version(study: Study) -> None:
     planned = study.plan.benchmark_version
     if planned != BENCHMARK_VERSION:
         raise UserError(
-            f"{study.path} is a study of benchmark version {planned}, whose tasks differ from today's (version "
-            f"{BENCHMARK_VERSION}); it can be read, not resumed: start another study"
+            f"{study.path} is a study of benchmark version {planned}, whose tasks differ from those of version "
+            f"{BENCHMARK_VERSION}; it can be read but not resumed: start another study"
         )
 
 
@@ -164,7 +164,7 @@ def _note_failure(study: Study, ended: EndedJob, attempt: int) -> None:
         "time": datetime.now(UTC).isoformat(timespec="seconds"),
         "job": ended.job.name,
         "attempt": attempt,
-        "error": ended.error or "it ended without writing its output",
+        "error": ended.error or "the job ended without writing its output",
     }
     with (study.path / "failures.jsonl").open("a", encoding="utf-8") as file:
         file.write(json.dumps(note) + "\n")

@@ -25,7 +25,7 @@ from aidsr.teams.providers import destination
 from aidsr.teams.providers.offline import REFERENCE, SEARCH
 
 _PACKAGES = ("aidsr", "mujoco", "numpy", "pydantic-ai-slim", "stable-baselines3", "torch")
-_BASELINES = {REFERENCE.prefix: "robots designed by hand", SEARCH.prefix: "numbers found by CMA-ES"}
+_BASELINES = {REFERENCE.prefix: "robots designed by hand", SEARCH.prefix: "parameters found by CMA-ES"}
 _METHODS: dict[Method, str] = {
     "no_judge": "no Judge",
     "no_integrator": "every robot on the first mount",
@@ -58,19 +58,19 @@ class Arm(Artifact):
 
     @property
     def settings(self) -> str:
-        """Everything that is not as usual, in a line; empty for the full method."""
+        """Everything that differs from the defaults, in a line; empty for the full method."""
         config, usual = self.config, {"model", "concepts", "early_stop", "seed", "method", "repairs", "task_feedback"}
         changed = config.model_dump(mode="json", exclude=usual, exclude_defaults=True)
         changes = [_BASELINES[config.model]] if config.model in _BASELINES else []
         if config.model == SEARCH.prefix:
             changes[0] += f" over {changed.pop('search_robots', config.search_robots)} robots"
         changes += [_METHODS[config.method]] if config.method != "full" else []
-        changes += ["robots not fixed by code"] * (not config.repairs)
+        changes += ["no mechanical repairs"] * (not config.repairs)
         changes += ["tried on its task"] * config.task_feedback
         changes += [f"{key} {json.dumps(value).strip(chr(34))}" for key, value in changed.items()]
-        changes += ["a person's feedback"] * bool(self.feedback) + ["each actuator alone"] * (self.grouping == "off")
-        changes += ["policies that begin with the probe's motion"] * self.from_probe
-        changes += [f"the designs of {self.after}"] * bool(self.after)
+        changes += ["a person's feedback"] * bool(self.feedback) + ["no actuator groups"] * (self.grouping == "off")
+        changes += ["policies start from the probe's motion"] * self.from_probe
+        changes += [f"designs taken from {self.after}"] * bool(self.after)
         return ", ".join(changes)
 
 
@@ -102,7 +102,7 @@ class StudyPlan(Artifact):
             raise ValueError(f"duplicate {'task' if len(twice) == 1 else 'tasks'}: {', '.join(twice)}")
         names = [arm.name for arm in self.arms]
         if len(set(names)) < len(names):
-            raise ValueError(f"every arm needs a name of its own, found {', '.join(names)}")
+            raise ValueError(f"arm names must be unique, found {', '.join(names)}")
         for number, arm in enumerate(self.arms):
             if arm.after and arm.after not in names[:number]:
                 raise ValueError(f'{arm.name} continues the designs of "{arm.after}", which must come before it')
@@ -186,8 +186,8 @@ def create_study(path: Path, plan: StudyPlan) -> Study:
         if _frozen_options(found.plan) != _frozen_options(plan):
             changed = [key for key, value in _frozen_options(plan).items() if value != _frozen_options(found.plan)[key]]
             raise UserError(
-                f"{path} holds a study with other {', '.join(changed)}; a plan is frozen when its study "
-                "starts. Use the same options, or name another folder"
+                f"{path} holds a study with other {', '.join(changed)}; a plan cannot be changed after its study "
+                "has started. Use the same options, or another folder"
             )
         return found
     path.mkdir(parents=True, exist_ok=True)
@@ -226,7 +226,7 @@ def open_study(path: Path) -> Study:
 
 
 _MAX_BYTES = 4 * 2**20
-_RESTORE = "a plan is not edited: restore it, or start another study"
+_RESTORE = "do not edit a plan: restore the file, or start another study"
 
 
 def _frozen_options(plan: StudyPlan) -> dict[str, object]:

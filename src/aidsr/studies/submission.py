@@ -46,7 +46,7 @@ def submit(study: Study, path: Path) -> Submission:
     """
     rows = read_outcomes(study)
     if all(row.outcome == "unfinished" for row in rows):
-        raise UserError(f"{study.path} has no finished design yet; run aidsr benchmark first")
+        raise UserError(f"{study.path} has no finished design; run aidsr benchmark first")
     submission = Submission(
         plan=study.plan,
         designs=rows,
@@ -77,21 +77,23 @@ def read_submission(path: Path) -> Submission:
     except ValidationError as error:
         raise UserError(f"{path} is not a file written by `aidsr submit`: {first_error(error)}") from None
     if found.sha256 != _digest(text):
-        raise UserError(f"{path} was changed after it was written: its hash is not that of its content")
+        raise UserError(
+            f"{path} was changed after it was written: its hash does not match; write it again with aidsr submit"
+        )
     _check_evaluations(path, found)
     if found.plan.seeds > 1 and any(row.seeds != found.plan.seeds for row in found.designs):
         raise UserError(
-            f"{path}: not every design records the {found.plan.seeds} policies of the plan; an older version wrote it: "
-            "write it again with aidsr submit"
+            f"{path}: not every design records the {found.plan.seeds} policies of the plan: an older version wrote it; "
+            "write the file again with aidsr submit"
         )
     rows = tuple(row.model_copy(update={"seeds": found.plan.seeds}) for row in found.designs)
     found = found.model_copy(update={"designs": rows})
     # one by one: a plan can ask for far more designs than the file has
     if any(_place(row) != place if row else True for row, place in zip_longest(found.designs, _places(found.plan))):
-        raise UserError(f"{path}: the designs are not those of its plan, each of them once")
+        raise UserError(f"{path}: its designs do not match its plan, in which each design occurs once")
     for arm in (arm.name for arm in found.plan.arms):
         if not _follow(found.lines.get(arm, ()), task_lines(found.designs, arm)):
-            raise UserError(f"{path}: the figures of {arm} are not those of its designs")
+            raise UserError(f"{path}: the figures of {arm} do not match its designs")
     return found
 
 
@@ -105,7 +107,7 @@ def _check_evaluations(path: Path, found: Submission) -> None:
             raise UserError(
                 f"{path}: a design has an evaluation that is not on held-out variations of {row.task}, level "
                 f"{plan.level}, version {plan.benchmark_version}, or more than {plan.seeds}; submit a study whose "
-                "policies were all evaluated as its plan says"
+                "policies were all evaluated according to its plan"
             )
 
 

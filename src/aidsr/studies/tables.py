@@ -46,7 +46,7 @@ def sample_in_words(tasks: Sequence[str]) -> str:
     if not later:
         return IN_SAMPLE
     words = f"{', '.join(later)}: added after the rules were frozen at commit {RULES_FROZEN_AT} (out of sample)."
-    return words if len(later) == len(tasks) else f"{IN_SAMPLE} Not so {words}"
+    return words if len(later) == len(tasks) else f"{IN_SAMPLE} Exceptions: {words}"
 
 
 class Line(Artifact):

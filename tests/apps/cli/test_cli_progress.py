@@ -31,8 +31,8 @@ def terminal(width: int = 80) -> Console:
 
 
 def test_time_left_goes_by_the_present_speed() -> None:
-    assert format_time_left(9000, 50.0) == "3 min 0 s left at most"
-    assert format_time_left(-10, 50.0) == "0.0 s left at most"
+    assert format_time_left(9000, 50.0) == "at most 3 min 0 s left"
+    assert format_time_left(-10, 50.0) == "at most 0.0 s left"
     assert format_time_left(9000, 0.0) == "–"
 
 
@@ -46,7 +46,7 @@ def test_a_training_shows_success_and_the_time_left_in_a_terminal_and_in_a_file(
         told = console.file.getvalue()
         assert "1000 steps" in told
         assert "success 25%" in told
-        assert "3 min 0 s left at most" in told
+        assert "at most 3 min 0 s left" in told
 
 
 @pytest.mark.parametrize(
@@ -87,13 +87,13 @@ def test_an_evaluation_in_a_log_file_has_a_line_for_each_quarter_and_none_before
         for ended, simulated_s in ((0, 0.04), (0, 2.0), (10, 2.04), (50, 4.0), (100, 5.0), (100, 5.0)):
             listen(EvaluationPoint(100, ended, ended // 2, simulated_s, 8.0))
     first, *lines = console.file.getvalue().splitlines()
-    assert first == "evaluating 100 episodes and drawing films …"
+    assert first == "evaluating 100 episodes and writing videos …"
     assert [line.partition(";")[0] for line in lines] == [
         "0 of 100 episodes ended, 0 succeeded",
         "50 of 100 episodes ended, 25 succeeded",
         "100 of 100 episodes ended, 50 succeeded",
     ]
-    assert lines[-1].endswith("checking what their success rests on")
+    assert lines[-1].endswith("checking plausibility")
 
 
 def test_a_run_that_is_stopped_by_an_error_says_how_to_resume(tmp_path, capsys) -> None:
@@ -110,7 +110,7 @@ def test_a_run_that_is_stopped_by_an_error_says_how_to_resume(tmp_path, capsys) 
 
 def test_a_server_on_this_machine_is_not_said_to_cost_money(tmp_path) -> None:
     for model, said in (
-        ("qwen3@http://localhost:8000/v1", "Its server is on this machine."),
+        ("qwen3@http://localhost:8000/v1", "Its server runs on this machine."),
         ("qwen3@https://example.org/v1", "Every call may cost money."),
     ):
         console = Console(file=io.StringIO(), width=200)
@@ -130,7 +130,7 @@ def test_a_run_is_reported_in_lines(tmp_path, capsys) -> None:
         "design 1  iteration 1  1 mechanical repair: misspelt_attributes",
         "design 1  iteration 1  Judge: passed",
         "design 1  approved",
-        "design 2  invalid: Still wrong after 1 attempt: chatter: chatter was seen.",
+        "design 2  invalid: Faults remain after 1 attempt: chatter: chatter was seen.",
         "summary.html",
     ]
     assert all(line in said.replace("\n", " ") or line in said for line in story)
@@ -158,7 +158,7 @@ def test_panel_has_two_lines_for_each_design_and_fits(tmp_path) -> None:
     panel = Panel(console, run)
     panel.on_event(0, StepStarted(step="concepts"))
     console.print(panel)
-    assert "the Designer thinks of concepts" in console.file.getvalue()
+    assert "the Designer proposes concepts" in console.file.getvalue()
     panel.on_event(1, StepDone(step="robot_report", iteration=2, summary="9 faults: " + "initial_penetration, " * 9))
     panel.on_event(1, StepStarted(step="robot", iteration=3))
     panel.on_event(2, StepDone(step="critique", iteration=1, summary="passed"))

@@ -40,7 +40,7 @@ def test_an_objective_without_quotes_is_pointed_out(capsys) -> None:
         (["design", "press it"], "requires an environment"),
         (["design", "press it", "--environment", "nowhere.xml"], "nowhere.xml does not exist"),
         (["design", "--task", "no_such_task"], "no_such_task"),
-        (["design", "press it", "--task", "button_pushing"], "brings its own objective"),
+        (["design", "press it", "--task", "button_pushing"], "has its own objective"),
         (["design", "--task", "button_pushing", "--model", "gpt"], "gpt"),
         (["design", "press it", "--environment", "nowhere.xml", "--train"], "--train requires a measure of success"),
         (["design", "press it", "--environment", "nowhere.xml", "--level", "hard"], "--level requires a task"),
@@ -52,7 +52,7 @@ def test_an_objective_without_quotes_is_pointed_out(capsys) -> None:
             ["design", "--task", "button_pushing", "--task-training", "9", "--dry-run"],
             "task_training requires task_feedback",
         ),
-        (["design", "--task", "button_pushing", "--memory", "lessons.jsonl"], "the built-in rules read no memory"),
+        (["design", "--task", "button_pushing", "--memory", "lessons.jsonl"], "the built-in rules do not use a memory"),
         (
             ["design", "--task", "button_pushing", "--memory", "nowhere.jsonl", "--model", "manual:desk", "--dry-run"],
             "the memory nowhere.jsonl does not exist",
@@ -60,9 +60,9 @@ def test_an_objective_without_quotes_is_pointed_out(capsys) -> None:
         (["design", "--task", "button_pushing", "--text-tools"], "text_tools is for the measuring team"),
         (["evolve", "--task", "button_pushing", "--tool-calls", "9"], "tool_calls is for the measuring team"),
         (["design", "--task", "button_pushing", "--task-rounds", "3"], "task_rounds requires task_feedback"),
-        (["show"], "no run given; name the folder of one"),
+        (["show"], "no run given; give the folder of a run"),
         (["show", "."], ". is not a run folder: run.json not found; give the folder of a run, as runs/…"),
-        (["view", PLACE, "--picture", "ball.gif"], "name a file that ends in .png"),
+        (["view", PLACE, "--picture", "ball.gif"], "give a file name that ends in .png"),
         (["resume", "nowhere"], "run.json"),
         (["validate", "nowhere.xml"], "nowhere.xml"),
         (["view", "nowhere.xml"], "nowhere.xml"),
@@ -122,7 +122,7 @@ def test_view_finds_the_model_of_a_design(tmp_path) -> None:
     assert model_of(run.design(1).iteration(1).path).name == "scene.xml"
     assert model_of(tmp_path / "any.xml") == tmp_path / "any.xml"
     for nothing in (run.path, tmp_path):
-        with pytest.raises(UserError, match=r"is a whole run|is not a design"):
+        with pytest.raises(UserError, match=r"is a run, not a design|is not a design"):
             model_of(nothing)
 
 
@@ -186,7 +186,7 @@ def test_doctor_names_keys_and_never_says_them(monkeypatch, capsys) -> None:
 
 def test_doctor_tests_isolation_when_asked(capsys) -> None:
     assert run_main("doctor", "--test-isolation") == 0
-    assert "tested, holds: own process, wall clock, processor time, memory" in " ".join(capsys.readouterr().out.split())
+    assert "test passed: own process, wall clock, processor time, memory" in " ".join(capsys.readouterr().out.split())
 
 
 def test_the_command_line_loads_neither_simulator_nor_client() -> None:

@@ -67,7 +67,7 @@ def test_a_new_file_is_written_and_an_old_one_only_by_force(slip: Path, capsys: 
 def test_what_is_left_is_named_and_counts(slip: Path, capsys: pytest.CaptureFixture[str]) -> None:
     slip.write_text(SLIP.replace("/></body>", ' colour="1"/></body>'))
     assert run("slip.xml", "--in-place") == 1
-    assert "left: unknown_attribute; see aidsr validate" in capsys.readouterr().out
+    assert "remaining: unknown_attribute; see aidsr validate" in capsys.readouterr().out
     assert "stiffness" in slip.read_text()
 
 
@@ -84,8 +84,8 @@ def test_standard_input_goes_to_standard_output(
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ((), "no file named"),
-        (("--magic",), "no such option: --magic"),
+        ((), "no file given"),
+        (("--magic",), "unknown option: --magic"),
         (("a.xml", "b.xml", "--out", "c.xml"), "--out writes one file"),
         (("a.xml", "--out", "c.xml", "--in-place"), "--out writes one file"),
         (("-", "--in-place"), "standard input cannot be fixed in place"),

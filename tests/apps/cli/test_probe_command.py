@@ -40,7 +40,7 @@ def test_a_design_knows_its_task_and_keeps_the_report(tmp_path, capsys):
     for _ in range(2):  # a later probe takes the place of the first
         assert run_main("probe", design.path, *QUICK) == 1
     told = capsys.readouterr().out
-    assert "for 0 of 1 variations some motion wins; one motion wins 0 of 1" in told
+    assert "0 of 1 variations solved; best single motion solves 0 of 1" in told
     assert "\n1 of 1: " in told
     report = ProbeReport.model_validate_json((design.path / "probe.json").read_text())
     assert (report.task, report.level, report.candidates) == ("grasping/dynamic_catching", "hard", 16)

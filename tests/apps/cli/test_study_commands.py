@@ -36,11 +36,11 @@ def said(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str]:
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [
-        (["--designs", "1"], "3 would do, or concepts 1"),
-        (["--designs", "50"], "48 or 51 would do, or concepts 1"),
+        (["--designs", "1"], "use 3 designs, or set concepts to 1"),
+        (["--designs", "50"], "use 48 or 51 designs, or set concepts to 1"),
         (["--tasks"], "--tasks requires a name"),
         (["--tasks", "gap", "gap"], "duplicate task: locomotion/gap"),
-        (["--method", "full", "full"], "every arm needs a name of its own, found builtin, builtin"),
+        (["--method", "full", "full"], "arm names must be unique, found builtin, builtin"),
         (["--model", "gpt-99", "--seeds", "0"], '"gpt-99" is not a model name'),
         (["--method", "direct", "--seeds", "0"], "cannot be prompted directly"),
         (["--baseline", "search", "--search-robots", "20"], "be a multiple of 8"),
@@ -69,7 +69,7 @@ def test_a_trial_run_of_another_plan_is_refused_where_a_study_is(
 def test_an_estimate_counts_what_training_takes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     create_study(tmp_path / "s", PLAN)
     _, text = said(capsys, str(tmp_path / "s"), "--resume", "--dry-run")
-    assert "jobs to do: 3 design, 3 verify, 3 train, 3 probe" in text
+    assert "remaining jobs: 3 design, 3 verify, 3 train, 3 probe" in text
     # 3 x (6 s designing + 767 s training + 220 s judging + 20 s probing) are 50 minutes
     assert "50 min of one core, 25 min with --jobs 2, $0.00" in text
 
@@ -89,7 +89,7 @@ def test_perturbed_scenes_are_asked_for_by_an_option(tmp_path: Path, capsys: pyt
 def test_an_estimate_counts_the_robots_of_a_search(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["--tasks", "gap", "--designs", "3", "--baseline", "search", "--seeds", "0", "--no-probe", "--dry-run"]
     _, text = said(capsys, str(tmp_path / "s"), *words, "--search-robots", "64")
-    assert "numbers found by CMA-ES over 64 robots" in text
+    assert "parameters found by CMA-ES over 64 robots" in text
     # 3 x 5 s of the rules, then 64 robots of 5 s and 5 s of the rules
     assert "6 min of one core" in text
 

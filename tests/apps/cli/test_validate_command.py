@@ -46,7 +46,7 @@ def test_a_file_that_is_not_there_is_a_mistake(files: Path, capsys: pytest.Captu
     assert run("good.xml", "absent.xml") == 2
     assert "absent.xml" in capsys.readouterr().err
     assert run() == 2
-    assert "no file named" in capsys.readouterr().err
+    assert "no file given" in capsys.readouterr().err
 
 
 def test_rules_are_selected_and_ignored_by_code(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -64,10 +64,10 @@ def test_rules_are_selected_and_ignored_by_code(files: Path, capsys: pytest.Capt
 def test_realizability_is_told_apart_and_enforced_on_request(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("strong.xml") == 0
     said = capsys.readouterr().out
-    assert said.startswith("stable (sound, in scope), with warnings\n\nCould it be built (not part of the verdict")
+    assert said.startswith("stable (sound, in scope), with warnings\n\nBuildability (not part of the verdict")
     assert run("strong.xml", "--realizable") == 1
     said = capsys.readouterr().out
-    assert said.startswith("not stable (sound, but could not be built, in scope)")
+    assert said.startswith("not stable (sound, but not buildable, in scope)")
     assert "at most 34.3" in said
 
 

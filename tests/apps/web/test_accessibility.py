@@ -80,7 +80,7 @@ def test_pages_have_no_serious_findings(runs: Path, server: Server) -> None:
         page.goto(server.address("/new"))
         page.get_by_role("radio", name="A language model").click()
         page.get_by_text("OPENAI_API_KEY").first.wait_for()
-        open_tab(page, "In your own words")
+        open_tab(page, "Custom task")
         found["words"] = findings_everywhere(page)
         for tab in ("Side by side", "Log"):
             page.goto(server.address(made))
@@ -118,7 +118,7 @@ def test_the_page_that_asks_for_the_token_has_no_serious_findings(runs: Path, sc
         page.goto(server.address())
         found = findings(page)
         page.get_by_label("Token").fill("wrong")
-        page.get_by_role("button", name="Open").click()
+        page.get_by_role("button", name="Sign in").click()
         page.get_by_role("alert").wait_for()
         found += findings(page)
         assert page.evaluate("innerWidth") == width, "a phone shows it in its own size"

@@ -61,4 +61,4 @@ def test_a_call_in_the_chart_leads_to_its_line(runs: Path, server: Server) -> No
         calls = page.get_by_role("group", name="calls over time").get_by_role("link")
         expect(calls).to_have_count(2)
         calls.last.click()
-        expect(page.locator(".entry:target")).to_contain_text("Coder asked made:up")
+        expect(page.locator(".entry:target")).to_contain_text("Coder called made:up")

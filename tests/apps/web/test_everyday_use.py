@@ -25,9 +25,9 @@ def test_a_robot_to_start_from_is_named_and_used_once(runs: Path, server: Server
     with browsing() as visitor:
         page = visitor.new_page()
         page.goto(server.address("/new"))
-        begins = page.get_by_text("The run starts from a robot of yours: mine.xml")
+        begins = page.get_by_text("The run starts from your robot: mine.xml")
         expect(begins).to_be_hidden()
-        page.get_by_text("More", exact=True).click()
+        page.get_by_text("More settings", exact=True).click()
         page.locator("input[type=file]").last.set_input_files(
             {"name": "mine.xml", "mimeType": "text/xml", "buffer": MJCF.encode()}
         )
@@ -66,7 +66,7 @@ def test_stop_keeps_the_focus_while_a_run_goes_on(runs: Path, server: Server) ->
         log.write(StepStarted(step="robot", iteration=2))
         page.get_by_text("the Coder writes the robot").wait_for()
         log.write(StepStarted(step="critique", iteration=2))
-        page.get_by_text("the Judge looks at the scene").wait_for()
+        page.get_by_text("the Judge reviews the scene").wait_for()
         expect(stop).to_be_focused()
 
 
@@ -82,12 +82,12 @@ def test_quit_asks_first_and_an_error_stands_once_beside_its_button(runs: Path, 
         panel.get_by_role("button", name="Close this message").click()
         expect(panel.get_by_text("a refinement needs text")).to_have_count(0)
         panel.get_by_role("button", name="Quit this design").click()
-        expect(page.get_by_text("the other designs of the run go on")).to_be_visible()
-        page.get_by_role("button", name="Keep it").click()
+        expect(page.get_by_text("designs of the run continue")).to_be_visible()
+        page.get_by_role("button", name="Cancel").click()
         assert not run.design(1).iteration(2).decision.path.exists()
         panel.get_by_role("button", name="Quit").click()
-        page.get_by_role("button", name="Give it up").click()
-        expect(page.get_by_role("button", name="Give it up")).to_be_hidden()
+        page.get_by_role("button", name="Quit design").click()
+        expect(page.get_by_role("button", name="Quit design")).to_be_hidden()
         decision = run.design(1).iteration(2).decision.read()
         assert decision is not None
         assert decision.verdict == "quit"
@@ -97,10 +97,8 @@ def test_a_number_out_of_bounds_is_told_at_its_field(runs: Path, server: Server)
     with browsing() as visitor:
         page = visitor.new_page()
         page.goto(server.address("/new"))
-        page.get_by_label("Concepts, side by side").fill("99")
-        expect(page.locator(".q-field", has=page.get_by_label("Concepts, side by side"))).to_contain_text(
-            "from 1 to 20"
-        )
+        page.get_by_label("Number of concepts").fill("99")
+        expect(page.locator(".q-field", has=page.get_by_label("Number of concepts"))).to_contain_text("from 1 to 20")
 
 
 def test_an_earlier_iteration_has_its_own_title(runs: Path, server: Server) -> None:
@@ -110,7 +108,7 @@ def test_an_earlier_iteration_has_its_own_title(runs: Path, server: Server) -> N
         page = visitor.new_page()
         page.goto(server.address(f"/run/{run.path.name}/1?iteration=1"))
         expect(page.locator("h1")).to_have_text("1. Arm 1")
-        page.get_by_role("link", name="To iteration 2, at which the design stands").click()
+        page.get_by_role("link", name="Go to the current iteration, 2").click()
         expect(page.locator("h1")).to_have_text("1. Slimmer arm")
 
 
@@ -138,7 +136,7 @@ def test_what_was_not_measured_does_not_hold(runs: Path, server: Server) -> None
     with browsing() as visitor:
         page = visitor.new_page()
         page.goto(server.address(f"/run/{run.path.name}/1?tab=training"))
-        expect(page.locator(".check > .badge")).to_have_text(["not measured", "holds"])
+        expect(page.locator(".check > .badge")).to_have_text(["not measured", "passed"])
 
 
 def test_a_film_of_half_a_second_is_slowed_down(runs: Path, server: Server) -> None:
@@ -166,7 +164,7 @@ def test_addresses_that_lead_nowhere_are_pages_of_ours(runs: Path, server: Serve
             answer = page.goto(server.address(address))
             assert answer is not None
             assert answer.status == 404, address
-            expect(page.get_by_role("heading", name="There is nothing here")).to_be_visible()
+            expect(page.get_by_role("heading", name="Page not found")).to_be_visible()
             expect(page.get_by_role("link", name="All runs")).to_be_visible()
 
 
@@ -196,7 +194,7 @@ def test_home_of_many_runs_sends_small_pictures(runs: Path, server: Server) -> N
         page.get_by_label("Search runs").fill(oldest)
         expect(rows).to_have_count(1)
         page.get_by_label("Search runs").fill("")
-        page.get_by_text("The newest 40 of 56 runs").wait_for()
+        page.get_by_text("Showing the newest 40 of 56 runs").wait_for()
         page.get_by_role("button", name="Show more").click()
         expect(rows).to_have_count(56)
         expect(page.get_by_role("button", name="Show more")).to_be_hidden()
@@ -270,15 +268,15 @@ def test_a_prompt_is_compared_with_the_one_before(runs: Path, server: Server) ->
     with browsing() as visitor:
         page = visitor.new_page()
         page.goto(server.address(f"/run/{run.name}/1?tab=log"))
-        folds = page.get_by_role("button", name="Coder asked made:up")
+        folds = page.get_by_role("button", name="Coder called made:up")
         expect(folds).to_have_count(2)
         folds.first.click()  # the newest
-        page.get_by_text("What differs from this role's prompt before").click()
-        shown = page.get_by_role("region", name="difference of the prompts")
+        page.get_by_text("Changes from the previous prompt of this role").click()
+        shown = page.get_by_role("region", name="changes between the prompts")
         expect(shown.locator(".plus").first).to_contain_text("Write it thinner.")
         expect(shown.locator(".minus").first).to_contain_text("Write it.")
         folds.last.click()
-        expect(page.get_by_text("What differs from this role's prompt before")).to_have_count(1)
+        expect(page.get_by_text("Changes from the previous prompt of this role")).to_have_count(1)
         assert page.evaluate("window.stolen") is None
 
 
@@ -309,7 +307,7 @@ def test_steps_beyond_those_asked_for_are_told_as_such(runs: Path, server: Serve
     with browsing() as visitor:
         page = visitor.new_page()
         page.goto(server.address(f"/run/{run.name}/1?tab=training"))
-        expect(page.get_by_text("4,288 (asked for: 4,000)")).to_be_visible()
+        expect(page.get_by_text("4,288 (requested: 4,000)")).to_be_visible()
         ticks = page.locator("svg.curve text:not([text-anchor=end][x='36'])")
         expect(ticks).to_have_text(["0", "1 k", "2 k", "3 k", "4 k"])
 
@@ -355,7 +353,7 @@ def test_what_an_interrupted_run_left_off_is_not_at_work(runs: Path, server: Ser
         page = visitor.new_page()
         for address in (f"/run/{run.name}", f"/run/{run.name}/1"):
             page.goto(server.address(address))
-            expect(page.get_by_text("left off")).to_be_visible()
+            expect(page.locator(".stage", has_text="stopped")).to_be_visible()
             expect(page.get_by_text("at work", exact=True)).to_have_count(0)
         page.goto(server.address("/designs"))
         expect(page.locator("table.designs .badge")).to_have_text("interrupted")
@@ -411,8 +409,8 @@ def test_a_training_says_with_what_it_begins_and_whether_a_policy_is_needed(runs
             page.goto(server.address(f"/run/{run.name}/{number}?tab=training"))
             expect(page.get_by_role("article").locator(".facts").first).to_contain_text("held-out success")
             facts = page.get_by_role("article").locator(".facts > div")
-            expect(facts.filter(has_text=re.compile("begins with.*a script", re.DOTALL))).to_have_count(count)
-            line = "its mean action, held all the time, wins 3 (no policy is needed for that)"
+            expect(facts.filter(has_text=re.compile("starts from.*a motion script", re.DOTALL))).to_have_count(count)
+            line = "the constant mean action of the policy wins 3 of"
             expect(page.get_by_text(line)).to_have_count(count)
 
 
@@ -420,11 +418,11 @@ def test_an_empty_objective_is_marked_at_its_field(runs: Path, server: Server) -
     with browsing() as visitor:
         page = visitor.new_page()
         page.goto(server.address("/new"))
-        page.get_by_role("tab", name="In your own words").click()
+        page.get_by_role("tab", name="Custom task").click()
         objective = page.get_by_label("Objective", exact=True)
         objective.wait_for()
         page.get_by_role("button", name="Start the run").click()
-        expect(page.locator(".q-field--error")).to_contain_text("Say what the robot should do.")
+        expect(page.locator(".q-field--error")).to_contain_text("Describe what the robot should do.")
         expect(objective).to_be_focused()
         expect(page.get_by_text("aidsr tasks")).to_have_count(0)
         objective.fill("Press the button.")
@@ -441,7 +439,7 @@ def test_only_of_a_language_model_it_is_said_that_it_may_take_minutes(runs: Path
     with browsing() as visitor, EventLog(rules.events), EventLog(model.events):
         page = visitor.new_page()
         page.goto(server.address(f"/run/{model.name}"))
-        page.get_by_text("A language model may take minutes. This page can be closed meanwhile.").wait_for()
+        page.get_by_text("A language model may take minutes. You can close this page.").wait_for()
         page.goto(server.address(f"/run/{rules.name}"))
-        page.get_by_text("This page can be closed meanwhile.").wait_for()
+        page.get_by_text("You can close this page.").wait_for()
         expect(page.get_by_text("language model")).to_have_count(0)

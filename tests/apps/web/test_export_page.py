@@ -60,7 +60,7 @@ async def test_a_retest_is_not_called_stable_above_an_error_of_its_winches(user:
     await user.open(f"/run/{run.path.name}/1/export")
     await user.should_see("actuator overforce")
     await user.should_see("moves without a fault")
-    await user.should_see("Limits of its cables, winches and parts")
+    await user.should_see("Limits of cables, winches and parts")
     await user.should_not_see(content="stable")
     shaking = retest.model_copy(
         update={
@@ -77,7 +77,7 @@ async def test_a_retest_is_not_called_stable_above_an_error_of_its_winches(user:
 async def test_an_export_is_a_process_of_its_own(user: User, site: Site) -> None:
     run = made_run(site.library.path, designs=1)
     await user.open(f"/run/{run.path.name}/1/export")
-    await user.should_see("Make parts of it")
+    await user.should_see("Export parts")
     press(user, "Export")
     await user.should_see("Can it be built?", retries=3000)
     assert (run.design(1).path / "export" / "sheet.html").exists()
@@ -90,7 +90,7 @@ async def test_only_an_approved_design_is_exported(user: User, site: Site) -> No
     await user.open(f"/run/{run.path.name}/1/export")
     await user.should_see("A design can be exported once it is approved.")
     await user.open(f"/run/{run.path.name}/7/export")
-    await user.should_see("There is nothing here")
+    await user.should_see("Page not found")
 
 
 def drawn(site: Site, run: Run, state: State) -> str:
@@ -111,8 +111,8 @@ def test_without_the_extra_it_is_said_what_to_install(tmp_path: Path) -> None:
     site = Site.at(tmp_path)
     run = made_run(tmp_path, designs=1)
     said = drawn(site, run, State("pip install aidsr[fabrication]", approved=True, trained=False))
-    assert "install what is missing on this machine first: pip install aidsr[fabrication]" in said
-    assert "Material of the limbs" not in said
+    assert "Export is not available on this machine: pip install aidsr[fabrication]" in said
+    assert "Limb material" not in said
 
 
 def test_an_older_export_is_not_taken_for_what_a_failed_process_wrote(tmp_path: Path) -> None:

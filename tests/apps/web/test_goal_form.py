@@ -34,11 +34,11 @@ def test_a_goal_is_begun_from_its_kind_and_checked(runs: Path, server: Server) -
         kind = page.get_by_label("Kind of goal", exact=True)
         expect(kind).to_have_value("turn")  # the template's
         choose(page, "Kind of goal", "lift")
-        page.get_by_role("button", name="Write its keys").click()
+        page.get_by_role("button", name="Insert template").click()
         expect(field).to_have_value(skeleton("lift", summarize_environment(examples()["valve"].environment)))
         field.fill('kind = "turn"\njoint = "stem"\nby_deg = 100')
         expect(kind).to_have_value("turn")
         expect(page.get_by_text("its range ends after 95 deg")).to_be_visible()
-        page.get_by_role("button", name="Take that back").click()
+        page.get_by_role("button", name="Undo").click()
         expect(field).to_have_value(examples()["valve"].goal)
         expect(page.get_by_text("its range ends after 95 deg")).to_be_hidden()

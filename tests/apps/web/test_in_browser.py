@@ -21,7 +21,7 @@ def test_from_an_empty_home_to_a_trained_design(runs: Path, server: Server) -> N
         page = visitor.new_page()
         page.goto(server.address())
         page.get_by_role("button", name="Set up a run").click()
-        page.get_by_label("Concepts, side by side").fill("1")
+        page.get_by_label("Number of concepts").fill("1")
         page.wait_for_timeout(500)  # a number travels in the background
         page.get_by_role("button", name="Start the run").click()
         page.wait_for_url("**/run/*")
@@ -30,7 +30,7 @@ def test_from_an_empty_home_to_a_trained_design(runs: Path, server: Server) -> N
         page.get_by_text("Two-section").first.wait_for()
         page.reload()  # while it works
         page.get_by_role("button", name="Review").click()
-        words = page.get_by_label("What should become different?")
+        words = page.get_by_label("What should change?")
         words.fill(f"make it longer {SCRIPT}")
         page.wait_for_timeout(500)  # typed text travels in the background
 
@@ -40,7 +40,7 @@ def test_from_an_empty_home_to_a_trained_design(runs: Path, server: Server) -> N
         expect(words).to_have_value(f"make it longer {SCRIPT}")
         shoot(page, "review")
         page.get_by_role("button", name="Refine").click()
-        page.get_by_text("round 2, you asked").wait_for()
+        page.get_by_text("round 2, your request").wait_for()
         decision = run.design(1).iteration(1).decision.read()
         assert decision is not None
         assert decision.text == f"make it longer {SCRIPT}"
@@ -60,15 +60,15 @@ def test_from_an_empty_home_to_a_trained_design(runs: Path, server: Server) -> N
 
 def _train(page: Page) -> None:
     open_tab(page, "Training")
-    page.get_by_label("Steps, at most").fill("512")
-    page.get_by_text("Film the best").click()
+    page.get_by_label("Maximum steps").fill("512")
+    page.get_by_text("Record videos of the best").click()
     page.get_by_role("button", name="Start training").click()
     page.get_by_text("Training 1").wait_for()
     page.reload()  # while it learns
-    page.get_by_text("Can it be believed?").wait_for()
+    page.get_by_text("Plausibility checks").wait_for()
     expect(page.get_by_text("All 100 held-out episodes")).to_be_visible()
     page.get_by_role("button", name="Plausible", exact=True).click()
-    page.get_by_text("You confirmed it.").wait_for()
+    page.get_by_text("You confirmed the motion.").wait_for()
     expect(page.get_by_role("button", name="Replay best")).to_be_visible()
     if "AIDSR_SCREENSHOTS" in os.environ:  # only then the browser draws in three dimensions
         page.get_by_role("button", name="Replay best").click()
@@ -88,7 +88,7 @@ def test_hostile_text_is_inert_in_a_real_browser(runs: Path, server: Server) -> 
                     open_tab(page, tab)
                     page.get_by_text("script").first.wait_for()
             if path != "/":
-                asked = page.get_by_text("asked made:up").filter(visible=True)  # titles of the chart are not
+                asked = page.get_by_text("called made:up").filter(visible=True)  # titles of the chart are not
                 asked.first.wait_for()
                 for number in range(asked.count()):
                     asked.nth(number).click()
@@ -123,7 +123,7 @@ def test_the_token_opens_the_web_app_and_another_does_not(runs: Path) -> None:
         for token in ("wrong", server.token):
             page.goto(server.address())
             page.get_by_label("Token").fill(token)
-            page.get_by_role("button", name="Open").click()
+            page.get_by_role("button", name="Sign in").click()
             said = page.get_by_role("alert") if token == "wrong" else page.get_by_text("New run").first
             expect(said).to_be_visible()
 
@@ -133,7 +133,7 @@ def test_without_webgl_a_design_is_a_still_picture_and_a_sentence(runs: Path, se
     with browsing() as visitor:
         page = visitor.new_page()
         page.goto(server.address(f"/run/{run.path.name}/1"))
-        page.get_by_text("This browser has no WebGL").wait_for()
+        page.get_by_text("The interactive view needs WebGL").wait_for()
         picture = page.locator(".v3d-still img")
         assert picture.evaluate("image => image.decode().then(() => image.naturalWidth)") == 1
         assert page.get_by_text("Preparing the model").count() == 0
@@ -223,7 +223,7 @@ def test_low_views_show_all_their_buttons(arm_run: Run, server: Server, width: i
         page = visitor.new_page()
         page.goto(server.address(f"/compare?{design}&design={made.name}/1"))
         page.locator(".v3d-tools").nth(1).wait_for()
-        for label in ("Frame the robot", "Save a picture", "Full screen"):
+        for label in ("Fit robot in view", "Save a picture", "Full screen"):
             shown = page.get_by_label(label).first.bounding_box()
             stage = page.locator(".v3d-picture").first.bounding_box()
             assert shown
@@ -288,7 +288,7 @@ def test_pictures_for_the_docs(runs: Path, server: Server) -> None:
         page.get_by_role("button", name="Start the probe").click()
         page.get_by_role("button", name="Replay motion of variation").first.click()
         page.locator(".v3d-track-name b").first.wait_for()
-        page.get_by_role("button", name="most progress").click()
+        page.get_by_role("button", name="best progress").click()
         page.set_viewport_size({"width": 1280, "height": 1160})
         shoot(page, "timeline")
         page.set_viewport_size({"width": 1280, "height": 900})

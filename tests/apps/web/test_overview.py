@@ -60,18 +60,18 @@ def test_a_training_from_a_terminal_is_at_work_and_says_that_it_is_evaluated(run
         expect(state).to_have_text("stopped")
         lock = DirectoryLock(folder)  # as `aidsr train` holds it
         expect(state).to_have_text("running")
-        expect(page.get_by_text("Another process does this")).to_be_visible()
+        expect(page.get_by_text("Started by another process")).to_be_visible()
         expect(page.get_by_role("button", name="Start training")).to_have_count(0)
         page.goto(server.address("/work"))
         row = page.locator("table.work tbody tr")
         expect(row).to_contain_text("1,000 of 4,000 steps")
         expect(row.get_by_role("button", name="Stop")).to_have_count(0)
         replace_file(folder / "training.json", b'{"steps": 4000}')
-        expect(row).to_contain_text("the policy is judged")
+        expect(row).to_contain_text("evaluating the policy")
         page.goto(server.address(address))
         expect(state).to_have_text("evaluating")
         lock.release()
-        expect(state).to_have_text("not judged")
+        expect(state).to_have_text("not evaluated")
         expect(page.get_by_role("button", name="Start training")).to_be_visible()
 
 
@@ -88,7 +88,7 @@ def test_a_run_at_work_says_how_long_it_takes_as_those_before(runs: Path, server
         page = visitor.new_page()
         page.goto(server.address("/work"))
         row = page.locator("table.work tbody tr")
-        expect(row).to_contain_text("1 of 2 designs done; the Coder writes the robot")
+        expect(row).to_contain_text("1 of 2 designs finished; the Coder writes the robot")
         expect(row).to_contain_text("about 9 min")
         expect(row.get_by_role("progressbar", name="50% done")).to_be_visible()
 
@@ -101,10 +101,10 @@ def test_a_probe_at_work_is_listed_and_leads_to_its_tab(runs: Path, server: Serv
         log.with_suffix(".json").write_text('{"pid": 0}')
         page = visitor.new_page()
         page.goto(server.address("/work"))
-        expect(page.locator("table.work tbody tr")).to_contain_text("motions are tried")
+        expect(page.locator("table.work tbody tr")).to_contain_text("trying motions")
         page.get_by_role("link", name="design 1: Arm 1").click()
         expect(page.get_by_role("tab", name="Probe")).to_have_attribute("aria-selected", "true")
-        page.get_by_text("Motions are tried; this takes").wait_for()
+        page.get_by_text("Trying open-loop motions.").wait_for()
 
 
 def test_designs_of_all_runs_are_filtered_sorted_and_compared(runs: Path, server: Server) -> None:
@@ -125,7 +125,7 @@ def test_designs_of_all_runs_are_filtered_sorted_and_compared(runs: Path, server
         expect(names).to_have_text(["1. Worm 1"])
         choose(page, "task", "all")
         plot = page.get_by_role("region", name="success against")
-        expect(plot.get_by_role("button")).to_have_text(["tokens", "actuators", "g moving", "printed parts"])
+        expect(plot.get_by_role("button")).to_have_text(["tokens", "actuators", "moving mass [g]", "printed parts"])
         expect(plot.get_by_role("img", name="held-out success against tokens")).to_be_visible()
         plot.get_by_role("button", name="printed parts").click()
         expect(plot.get_by_role("img", name="held-out success against printed parts").locator("circle")).to_have_count(
@@ -136,7 +136,7 @@ def test_designs_of_all_runs_are_filtered_sorted_and_compared(runs: Path, server
         page.get_by_role("button", name="Compare", exact=True).click()
         page.wait_for_url("**/compare?**", wait_until="commit")
         expect(page.get_by_text("squares of")).to_have_count(2)
-        expect(page.get_by_text("Nothing differs.")).to_be_visible()
+        expect(page.get_by_text("No differences.")).to_be_visible()
         expect(page.get_by_text("a tapering arm").first).to_be_visible()
         look = "[...document.querySelectorAll('.v3d-picture')].map((one) => one.viewer.whence()[1].x)"
         drawn = "[...document.querySelectorAll('.v3d-picture')].every((one) => one.viewer && one.viewer.facts)"
@@ -172,11 +172,11 @@ def test_a_comparison_of_nothing_offers_designs(runs: Path, server: Server) -> N
     with browsing() as visitor:
         page = visitor.new_page()
         page.goto(server.address(f"/compare?design={run.name}/2"))
-        expect(page.get_by_text("Pick two to four designs of any runs.")).to_be_visible()
+        expect(page.get_by_text("Select two to four designs of any runs.")).to_be_visible()
         expect(page.get_by_role("checkbox", name="compare Arm 2")).to_be_checked()
         page.get_by_role("checkbox", name="compare Arm 1").click()
         page.get_by_role("button", name="Compare", exact=True).click()
-        expect(page.get_by_role("heading", name="What differs in the MJCF")).to_be_visible()
+        expect(page.get_by_role("heading", name="Differences in the MJCF")).to_be_visible()
 
 
 def test_a_fifth_design_is_not_picked_and_the_bar_says_so(runs: Path, server: Server) -> None:
@@ -184,20 +184,20 @@ def test_a_fifth_design_is_not_picked_and_the_bar_says_so(runs: Path, server: Se
     with browsing(viewport={"width": 1440, "height": 900}) as visitor:
         page = visitor.new_page()
         page.goto(server.address("/designs"))
-        bar = page.get_by_role("status").filter(has_text="picked")
+        bar = page.get_by_role("status").filter(has_text="selected")
         for number in range(1, 5):
             page.get_by_role("checkbox", name=f"compare Arm {number}").click()
-            expect(bar).to_contain_text(f"{number} of 4 picked")
+            expect(bar).to_contain_text(f"{number} of 4 selected")
         width = page.locator("table.designs").bounding_box()
         fifth = page.get_by_role("checkbox", name="compare Arm 5")
         fifth.click()
-        expect(bar).to_contain_text("4 of 4 picked; leave one out before you pick another.")
+        expect(bar).to_contain_text("4 of 4 selected; deselect one before you select another.")
         expect(fifth).not_to_be_checked()
         assert page.locator("table.designs").bounding_box() == width
         page.get_by_role("checkbox", name="compare Arm 4").click()
-        expect(bar).to_contain_text("3 of 4 picked.")
+        expect(bar).to_contain_text("3 of 4 selected.")
         fifth.click()
-        expect(bar).to_contain_text("4 of 4 picked.")
+        expect(bar).to_contain_text("4 of 4 selected.")
 
 
 def test_a_comparison_groups_actuators_as_the_design_itself(runs: Path, server: Server) -> None:

@@ -96,9 +96,9 @@ async def test_an_empty_home_explains_itself(user: User, site: Site) -> None:
     await user.open("/")
     await user.should_see("No runs yet")
     await user.should_see("Three robots that push a button")
-    await user.should_see("Ring a bell, as a task of your own")
+    await user.should_see("Ring a bell (custom task)")
     user.find("Set up a run").click()
-    await user.should_see("Who designs")
+    await user.should_see("Settings")
 
 
 @visiting
@@ -140,9 +140,9 @@ async def test_a_run_is_watched(user: User, site: Site) -> None:
     await user.should_see("moving mass")
     user.find("Log").click()
     await user.should_see("robot: 1 fault: chatter")
-    await user.should_see("Coder asked made:up")
+    await user.should_see("Coder called made:up")
     user.find("Search: prompts").type("here it is")
-    await user.should_see("Coder asked made:up")
+    await user.should_see("Coder called made:up")
     await user.should_not_see("robot: 1 fault: chatter")
 
 
@@ -170,7 +170,7 @@ async def test_a_larger_budget_starts_from_the_present_one_and_waits_for_the_oth
     replace_file(run.larger_budget, Budget(tokens=9000).model_dump_json().encode())
     with EventLog(run.events):  # the other design is at work
         await user.open(f"/run/{run.path.name}")
-        (field,) = user.find("Maximum tokens of the run, in and out").elements
+        (field,) = user.find("Maximum tokens of the run").elements
         assert field.value == 9000
         field.set_value(20000)
         press(user, "Resume with this budget")
@@ -184,7 +184,7 @@ async def test_an_address_that_leads_nowhere_says_so(user: User, site: Site) -> 
     made = made_run(site.library.path)
     for address in ("/run/nowhere", f"/run/{made.path.name}/9"):
         await user.open(address)
-        await user.should_see("There is nothing here")
+        await user.should_see("Page not found")
 
 
 @visiting
@@ -206,13 +206,13 @@ async def test_a_design_is_found_by_its_number_when_one_before_it_was_deleted(us
 async def test_a_design_says_what_changed_and_what_got_better(user: User, site: Site) -> None:
     run = made_run(site.library.path)
     await user.open(f"/run/{run.path.name}/1")
-    for said in ("Since iteration 1", "it became stable", "chatter is gone (1 place)", "It reaches."):
+    for said in ("Changes since iteration 1", "it became stable", "chatter is gone (1 place)", "It reaches."):
         await user.should_see(said)
     await user.open(f"/run/{run.path.name}/1?iteration=1")
     await user.should_see("Too soft. Stiffen it.")
     await user.should_see("9 mm (at most 1), line 4")
     user.find("MJCF").click()
-    await user.should_see("Whole")
+    await user.should_see("Full")
     user.find("Concept").click()
     await user.should_see("a tapering arm")
 
@@ -237,11 +237,11 @@ async def test_a_refinement_is_kept_while_it_is_typed_and_written_as_a_decision(
         await user.open(f"/run/{run.path.name}/1")
         user.find("Refine").click()
         await user.should_see("a refinement needs text")
-        user.find("What should become different?").type("make it longer")
+        user.find("What should change?").type("make it longer")
         await user.open(f"/run/{run.path.name}/1")
-        assert user.find("What should become different?").elements.pop().value == "make it longer"
+        assert user.find("What should change?").elements.pop().value == "make it longer"
         user.find("Refine").click()
-        await user.should_see("Sent back to the Designer.")
+        await user.should_see("Sent to the Designer.")
     decision = run.design(1).iteration(2).decision.read()
     assert decision is not None
     assert (decision.verdict, decision.text) == ("refine", "make it longer")
@@ -254,7 +254,7 @@ async def test_of_two_tabs_that_decide_the_second_is_told(user: User, site: Site
         await user.open(f"/run/{run.path.name}/1")
         run.design(1).iteration(2).decision.path.write_text('{"verdict": "quit"}')
         user.find("Approve").click()
-        await user.should_see("decided in the meantime")
+        await user.should_see("already made")
 
 
 @visiting
@@ -300,12 +300,12 @@ async def test_a_trained_design_is_shown_and_a_persons_word_kept(user: User, sit
     os.utime(noted, (1, 1))
     await user.open(f"/run/{run.path.name}/1")
     user.find("Training").click()
-    for said in ("3 of 4", "2,000 of 4,000", "energy kept", "There is no film", "Replay best"):
+    for said in ("3 of 4", "2,000 of 4,000", "energy kept", "There is no video", "Replay best"):
         await user.should_see(said)
     assert "best of training 1" in shown(user)
     press(user, "Replay best")
     user.find("Not plausible").click()
-    await user.should_see("You rejected it.")
+    await user.should_see("You rejected the motion.")
     assert trainings_of(run.design(1))[0].inspection.read() == Inspection(plausible=False)
     assert "trained already" not in shown(user), "the verdict says it all"
     os.utime(noted)
@@ -328,7 +328,7 @@ async def test_success_left_by_a_perturbation_is_shown(user: User, site: Site) -
     replace_file(folder / "evaluation.json", verdict.model_dump_json().encode())
     await user.open(f"/run/{run.path.name}/1")
     user.find("Training").click()
-    for expected in ("Where the scene differs from its model", "cable friction 0.3", "1 of 4", "5% to 70%", "25%"):
+    for expected in ("Perturbed scenes", "cable friction 0.3", "1 of 4", "5% to 70%", "25%"):
         await user.should_see(expected)
 
 
@@ -357,10 +357,10 @@ async def test_of_a_training_that_another_process_does_it_is_said_where_to_stop_
     replace_file(folder / "training.json", b"{}")
     lock = DirectoryLock(folder)
     await user.open(f"/run/{run.path.name}/1?tab=training")
-    await user.should_see("Another process does this (a study, or a terminal); stop it where it was started.")
-    await user.should_see("Its films are being drawn, or it is being judged again.")
+    await user.should_see("Started by another process (a study or a terminal); stop it there.")
+    await user.should_see("Rendering videos, or repeating the evaluation.")
     (task,) = site.work.tasks()
-    assert task.doing == "its films are drawn, or it is judged again"
+    assert task.doing == "rendering videos, or repeating the evaluation"
     lock.release()
 
 
@@ -440,7 +440,7 @@ def test_a_form_becomes_an_order_or_a_sentence(tmp_path: Path) -> None:
     for change, sentence in (
         ({"concepts": None}, "invalid concepts: None; it must be a valid integer"),
         ({"concepts": 99}, "invalid concepts: 99.*less than or equal to 20"),
-        ({"kind": "language", "model": " "}, "no language model is named"),
+        ({"kind": "language", "model": " "}, "the name of the language model is missing"),
     ):
         with pytest.raises(UserError, match=sentence):
             request_from(site, FRESH | change)
@@ -459,7 +459,7 @@ BELL = """<mujoco model="bell"><worldbody>
 @visiting
 async def test_a_goal_is_looked_at_when_it_is_given(user: User, site: Site) -> None:
     await user.open("/new")
-    user.find("In your own words").click()
+    user.find("Custom task").click()
     fields = {field._props["label"]: field for field in user.client.elements.values() if isinstance(field, ui.upload)}
 
     async def give(label: str, name: str, said: str) -> None:
@@ -515,7 +515,7 @@ async def test_a_prompt_is_answered_by_hand(user: User, site: Site) -> None:
     run = made_run(site.library.path, model=f"manual:{directory}", waiting=True)
     with EventLog(run.events):
         await user.open(f"/run/{run.path.name}")
-        await user.should_see("Prompt 1, of the coder")
+        await user.should_see("Prompt 1 of the coder")
         await user.should_see("Write a robot.")
         await user.should_see("by hand")
         await user.should_not_see(f"manual:{directory}")
@@ -524,7 +524,7 @@ async def test_a_prompt_is_answered_by_hand(user: User, site: Site) -> None:
         await user.should_see("the reply is empty")
         user.find("The whole reply").type("<mujoco/>")
         press(user, "Send the reply")
-        await user.should_not_see("Prompt 1, of the coder", retries=30)
+        await user.should_not_see("Prompt 1 of the coder", retries=30)
     assert (directory / "0001.reply.md").read_text() == "<mujoco/>"
 
 
@@ -538,7 +538,7 @@ async def test_a_prompt_after_a_refused_reply_says_why(user: User, site: Site) -
     (run.design(1).path / "outcome.json").unlink()
     with EventLog(run.events):
         await user.open(f"/run/{run.path.name}")
-        await user.should_see("What it says about your last reply")
+        await user.should_see("Feedback on your last reply")
         await user.should_see("The reply was empty.")
 
 
@@ -550,7 +550,7 @@ def test_a_prompt_is_answered_once_and_only_within_the_folder_of_runs(tmp_path: 
         prompts_of(site, made_run(site.library.path, model=f"manual:{outside}"))
     (prompt,) = pending_prompts(outside)
     answer(prompt, "first")
-    with pytest.raises(UserError, match="answered in the meantime"):
+    with pytest.raises(UserError, match="already answered"):
         answer(prompt, "second")
     assert sorted(path.name for path in outside.iterdir()) == ["0001.prompt.md", "0001.reply.md"]
     assert prompt.reply.read_text() == "first"
@@ -598,7 +598,7 @@ def test_what_a_run_will_cost_rests_on_runs_here_and_says_so(tmp_path: Path) -> 
     site = Site.at(tmp_path)
     made_run(tmp_path, model="ollama:made")
     said = estimated_cost(site, "ollama:made", 2)
-    assert said.startswith("About 2 calls, 2000 in, 1000 out tokens, cost $0.5000: the mean of 3 designs")
+    assert said.startswith("About 2 calls, 2000 in, 1000 out tokens, cost $0.5000: the mean of 3 earlier designs")
     assert estimated_cost(site, "no model", 2) == ""
     assert estimated_cost(site, "builtin", 2) == "No language model: no calls, no cost."
 

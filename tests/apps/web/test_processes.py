@@ -57,7 +57,7 @@ def test_a_run_whose_design_is_being_trained_is_not_thrown_away(tmp_path: Path) 
     site, run, waiting = Site.at(tmp_path), made_run(tmp_path, designs=1), made_run(tmp_path, waiting=True, designs=1)
     name = site.training_name(run, 1)
     site.processes.start(name, ["resume", str(waiting.path)])  # anything that goes on until it is stopped
-    with pytest.raises(UserError, match="design 1 is at its training; stop that first"):
+    with pytest.raises(UserError, match="design 1 has a running training; stop it first"):
         site.trash(run.path.name)
     site.processes.stop(name)
     until(lambda: not site.processes.is_alive(name), "it never ended")

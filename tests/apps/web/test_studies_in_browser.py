@@ -15,8 +15,12 @@ def test_a_study_is_started_watched_and_opened_down_to_a_run(runs: Path, server:
         page.get_by_role("link", name="New study").click()
         page.get_by_role("button", name="Start the study").click()
         expect(page.get_by_role("alert")).to_contain_text("the study has no name")
-        page.get_by_label("Name of the study").fill("first")
-        for label, value in (("Designs a task and arm", "1"), ("Concepts of a run", "1"), ("Policies a design", "0")):
+        page.get_by_label("Study name").fill("first")
+        for label, value in (
+            ("Designs per task and arm", "1"),
+            ("Concepts per run", "1"),
+            ("Policies per design", "0"),
+        ):
             page.get_by_label(label).fill(value)
         page.get_by_label("Tasks", exact=True).click()
         page.get_by_role("option", name="all tasks").click()

@@ -62,10 +62,15 @@ def test_what_is_left_of_the_limits_of_a_study_is_shown(tmp_path: Path) -> None:
     first, second = read(studies_in(tmp_path))
     paid, used = first.usage.cost_usd, first.usage.input_tokens + first.usage.output_tokens
     assert paid > 0 < used
-    assert first.left == (f"${20 - paid:.2f} left of $20.00", f"{1_000_000 - used:,} tokens left of 1,000,000")
+    assert first.left == (
+        f"${20 - paid:.2f} of $20.00 remaining",
+        f"{1_000_000 - used:,} of 1,000,000 tokens remaining",
+    )
     assert second.left == ()
     set_budget(free, Budget(cost_usd=0.5))
-    assert next(view.left for view in read(studies_in(tmp_path)) if view.name == "second") == ("$0.00 left of $0.50",)
+    assert next(view.left for view in read(studies_in(tmp_path)) if view.name == "second") == (
+        "$0.00 of $0.50 remaining",
+    )
 
 
 def test_a_report_is_shown_where_it_can_do_no_harm(tmp_path: Path) -> None:
@@ -143,11 +148,11 @@ def test_a_form_says_by_which_protocol_policies_are_trained(tmp_path: Path, prot
     ("changed", "complaint"),
     [
         ({"name": ""}, "has no name"),
-        ({"name": "../out"}, "cannot be the name of a folder"),
-        ({"name": "first"}, "is there already"),
-        ({"designs": None}, "Designs a task and arm: at least 1"),
-        ({"designs": 4}, "not whole runs of 3 concepts; 3 or 6 would do"),
-        ({"models": []}, "no model is chosen"),
+        ({"name": "../out"}, "cannot be used as a folder name"),
+        ({"name": "first"}, "already exists"),
+        ({"designs": None}, "Designs per task and arm: at least 1"),
+        ({"designs": 4}, "not a multiple of 3 concepts per run; use 3 or 6 designs"),
+        ({"models": []}, "no model is selected"),
     ],
 )
 def test_what_a_form_lacks_is_said(tmp_path: Path, changed: dict[str, object], complaint: str) -> None:

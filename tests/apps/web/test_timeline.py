@@ -73,7 +73,7 @@ def test_frames_inertia_and_contact_forces_are_drawn_on_request(arm_run: Run, se
         page.goto(server.address(f"/run/{arm_run.name}/1"))
         page.get_by_text("squares of").wait_for()
         assert page.evaluate(drawn) == [True, False, False]
-        page.get_by_role("button", name="What is drawn").click()
+        page.get_by_role("button", name="Display options").click()
         page.get_by_role("menuitemcheckbox", name="Contact forces").click()
         expect(page.get_by_role("menuitemcheckbox", name="Contact forces")).to_have_attribute("aria-checked", "false")
         page.keyboard.press("Escape")
@@ -103,9 +103,9 @@ def test_motions_of_a_probe_are_seen_with_their_cables_and_progress(runs: Path, 
             "progress",
             "command",
         ]
-        page.get_by_role("button", name=f"most progress, {probed.best_progress:.2f}").click()
+        page.get_by_role("button", name=f"best progress, {probed.best_progress:.2f}").click()
         expect(page.locator(".v3d-track-name").last).to_contain_text(
-            re.compile(r"9 lines, now at most [\d.]+ %, pull_")
+            re.compile(r"9 lines, current maximum [\d.]+ %, pull_")
         )
 
 
@@ -117,7 +117,7 @@ def test_what_a_person_did_is_looked_back_at_and_distances_are_measured(arm_run:
         page.locator(".v3d-row .q-slider").first.click()
         page.wait_for_timeout(1500)
         page.get_by_role("button", name="Replay").click()
-        expect(page.locator(".v3d-clock b")).to_have_text("What you did")
+        expect(page.locator(".v3d-clock b")).to_have_text("Your recording")
         expect(page.locator(".v3d-track-name b").first).to_have_text("cable tension")
         for key, along in (("1", 0), ("2", 1), ("3", 2)):
             page.get_by_label("3-D view of").press(key)

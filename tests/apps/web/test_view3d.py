@@ -208,11 +208,11 @@ def test_what_is_known_of_an_episode_becomes_tracks_and_events(tmp_path: Path) -
     tracks, state, moment = watched(Model(arm()), talk)
     assert [track["name"] for track in tracks["tracks"]] == ["cable tension", "contact force", "progress", "command"]
     assert [(event["label"], event["time_s"]) for event in tracks["events"]] == [
-        ("hardest pull, 153 N", 0.1),
+        ("peak tension, 153 N", 0.1),
         ("first contact", 0.2),
-        ("hardest contact, 2 N", 0.2),
+        ("peak contact force, 2 N", 0.2),
         ("goal first holds", 0.3),
-        ("most progress, 1.00", 0.39),
+        ("best progress, 1.00", 0.39),
         ("out of time", 0.39),
     ]
     spans = {phase["name"]: phase["spans"] for phase in tracks["phases"]}

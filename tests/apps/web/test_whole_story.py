@@ -19,7 +19,7 @@ def test_from_words_to_parts(runs: Path, server: Server) -> None:
         complaints: list[str] = []
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.goto(server.address("/new?template=bell"))
-        page.get_by_label("Concepts, side by side").fill("2")
+        page.get_by_label("Number of concepts").fill("2")
         page.wait_for_timeout(500)  # a number travels in the background
         page.get_by_role("button", name="Start the run").click()
         page.wait_for_url("**/run/*")
@@ -29,7 +29,7 @@ def test_from_words_to_parts(runs: Path, server: Server) -> None:
         page.get_by_role("button", name="Review").first.wait_for()  # of whichever design is first
         page.goto(f"{home}/1")
         about = _pin_and_refine(page)
-        page.get_by_text("round 2, you asked").wait_for()
+        page.get_by_text("round 2, your request").wait_for()
         decision = run.design(1).iteration(1).decision.read()
         assert decision is not None
         assert decision.text == f"About {about}: {WORDS}"
@@ -60,8 +60,8 @@ def test_from_words_to_parts(runs: Path, server: Server) -> None:
 def _pin_and_refine(page: Page) -> str:
     """Choose the first part of the robot, ask for a change of it, and return its name."""
     about = "robot/base"
-    choose(page, "About (click a part in the view, or choose)", about)
-    page.get_by_label("What should become different?").fill(WORDS)
+    choose(page, "Part (click it in the view, or select it here)", about)
+    page.get_by_label("What should change?").fill(WORDS)
     page.wait_for_timeout(500)  # typed text travels in the background
     page.get_by_role("button", name="Refine").click()
     return about
@@ -69,7 +69,7 @@ def _pin_and_refine(page: Page) -> str:
 
 def _train(page: Page) -> None:
     open_tab(page, "Training")
-    page.get_by_label("Steps, at most").fill("512")
-    page.get_by_text("Film the best").click()
+    page.get_by_label("Maximum steps").fill("512")
+    page.get_by_text("Record videos of the best").click()
     page.get_by_role("button", name="Start training").click()
-    page.get_by_text("Can it be believed?").wait_for()
+    page.get_by_text("Plausibility checks").wait_for()

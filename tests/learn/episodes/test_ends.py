@@ -36,7 +36,7 @@ def test_a_goal_that_is_passed_by_and_left_says_how_long_it_was_held(tmp_path: P
     assert end.reached.endswith("but success was not held")
     assert end.held_s == pytest.approx(0.4, abs=0.08), "0.25 m/s for 1 s, then back: 0.2 s beyond 0.2 m, twice"
     (line,) = ends_in_words([end], 0.6)
-    assert line == f"1 of 1: {end.reached}: {end.held_s:.3g} s of 0.6 s at most"
+    assert line == f"1 of 1: {end.reached}; held for at most {end.held_s:.3g} s of 0.6 s"
 
 
 def test_a_limit_that_was_passed_is_named_with_how_much_and_how_long(tmp_path: Path) -> None:
@@ -46,7 +46,7 @@ def test_a_limit_that_was_passed_is_named_with_how_much_and_how_long(tmp_path: P
     assert limit.worst == pytest.approx(0.4, rel=0.02)
     assert limit.time_s == pytest.approx(1.0, abs=0.08)
     assert ends_in_words([end, end], 0.4)[-1].startswith(
-        "a limit passed in 2 of 2, at most: speed of robot 0.4 m/s of 0.3 m/s"
+        "a limit exceeded in 2 of 2, worst: speed of robot 0.4 m/s of 0.3 m/s"
     )
     assert played(tmp_path, GOAL + FAST, "drive: 0.5").passed == ()
 
@@ -79,7 +79,7 @@ def test_ways_to_end_are_counted_and_those_of_older_results_left_out() -> None:
 
     left = "there, but success was not held"
     some = [ended("held success", 0.5), ended(left, 0.1), ended(left, 0.3)]
-    assert ends_in_words(some, 0.5) == [f"2 of 3: {left}: 0.3 s of 0.5 s at most", "1 of 3: held success"]
+    assert ends_in_words(some, 0.5) == [f"2 of 3: {left}; held for at most 0.3 s of 0.5 s", "1 of 3: held success"]
     assert ends_in_words([ended("", 0.0)], 0.5) == []
 
 
@@ -97,8 +97,8 @@ def test_the_rules_that_end_episodes_are_counted() -> None:
         ended("failed"),
     ]
     assert rules_in_words(some, time_limit_s=30.0, failure="It fell off.") == (
-        "what ended 6 episodes: 4 by the task's own rule (It fell off), 1 by success, 1 by the time limit of 30 s"
+        "6 episodes ended: 4 by the task's own rule (It fell off), 1 by success, 1 by the time limit of 30 s"
     )
     assert rules_in_words([ended("diverged")], time_limit_s=30.0, failure="") == (
-        "what ended 1 episodes: 1 by a simulation that diverged"
+        "1 episodes ended: 1 by a simulation that diverged"
     )

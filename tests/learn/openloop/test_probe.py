@@ -70,7 +70,7 @@ def test_a_motion_of_a_probe_is_recorded_as_it_went(report):
         assert len(stored["tension_n"]) == len(stored["progress"]) == rows
     renamed = tuple(group.model_copy(update={"group": f"other {group.group}"}) for group in probed.motion.groups)
     other = probed.model_copy(update={"motion": probed.motion.model_copy(update={"groups": renamed})})
-    with pytest.raises(UserError, match="of another robot"):
+    with pytest.raises(UserError, match="belong to another robot"):
         run_record_motion(small_scene(), QuickPushing(), other)
 
 
@@ -160,7 +160,7 @@ def test_what_only_unrounded_motions_solved_is_not_called_solved(report):
     short = EpisodeResult(variation=0, ended="out_of_time", progress=0.9, best_progress=0.9, reward=0.0, time_s=1.0)
     first, second = report.variations
     missed = report.model_copy(update={"variations": (first.model_copy(update={"episode": short}), second)})
-    assert "solved in the search; rounded as reported, motions win " in missed.why_ended
+    assert "solved in the search; rounded as reported, motions solve " in missed.why_ended
 
 
 def test_groups_of_the_design_move_together():

@@ -163,7 +163,7 @@ def test_a_policy_begins_with_the_script_of_its_design(design, tmp_path, capsys)
     words = ("train", design, *QUICK, "--no-evaluate")
     home = design / "training"
     assert run_main(*words) == 0
-    assert "begins with the script of the design's author" in capsys.readouterr().out
+    assert "starts from the script of the design's author" in capsys.readouterr().out
     assert run_main(*words, "--script", "none") == 0
     assert run_main(*words, "--script", other) == 0
     assert [script_of(home / number) for number in ("001", "002", "003")] == ["both: 0.5", "", other.read_text()]
@@ -195,12 +195,12 @@ def test_the_same_command_goes_on_whatever_it_was_at(tmp_path, capsys):
     scene.write_text(small_scene("dynamic_catching"))
     words = ("train", scene, "--task", "dynamic_catching", "--out", out, *EASY, "--seeds", "2", "--steps", TWICE)
     for text, times in (("seed 1: ", 1), (f"{out / '002'}: ", 1), ("(0 of 100; ", 2)):
-        assert "What was learned is kept; the same command continues" in interrupted(
+        assert "Progress is kept; repeat the same command to continue" in interrupted(
             lambda: run_main(*words), text, times
         )
     assert run_main(*words) == 1
     told = capsys.readouterr().out
-    assert told.count("trained already") == told.count("(0 of 100; ") == 2
+    assert told.count("already trained") == told.count("(0 of 100; ") == 2
     assert [path.name for path in sorted(out.iterdir())] == ["001", "002"]
     for folder in out.iterdir():
         assert [kinds_of(folder).count(kind) for kind in ("started", "finished", "evaluated")] == [1, 1, 1]
@@ -209,7 +209,7 @@ def test_the_same_command_goes_on_whatever_it_was_at(tmp_path, capsys):
 def test_what_was_trained_already_is_trained_again_only_when_asked_for(design, capsys):
     words, home = ("train", design, *EASY, "--steps", TWICE, "--no-evaluate"), design / "training"
     assert run_main(*words) == 0
-    assert "the same command without --again continues" in interrupted(lambda: run_main(*words, "--again"), "seed 0: ")
+    assert "repeat the same command without --again" in interrupted(lambda: run_main(*words, "--again"), "seed 0: ")
     assert kinds_of(home / "002") == ["started", "checkpoint"]
     assert run_main(*words) == 0
     assert kinds_of(home / "002")[-1] == "finished"

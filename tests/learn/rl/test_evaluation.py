@@ -148,7 +148,7 @@ def test_a_job_that_one_action_does_needs_no_policy():
     verdict, _ = evaluate(small_learning(), BENDING, threads=1)
     assert verdict.mean_action == MeanAction(action=(1.0, -1.0), succeeded=20, of=20)
     assert mean_action_in_words(verdict) == [
-        "of 20 episodes that the policy won its mean action, held all the time, wins 20 (no policy is needed for that)"
+        "the constant mean action of the policy wins 20 of 20 episodes that the policy wins (no policy is needed)"
     ]
     lost, _ = evaluate(small_learning(), STILL, threads=1)
     assert (lost.mean_action, mean_action_in_words(lost)) == (None, [])

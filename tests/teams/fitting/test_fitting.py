@@ -166,7 +166,7 @@ def test_no_body_that_comes_near_is_said_and_not_approved(tmp_path, monkeypatch)
     fits |= {"success": True, "won": 1, "variations": 2}
     critique = FittingJudge(goal).judge(brief, concept, robot, scene, report)
     assert critique.passed
-    assert "a motion wins in 1 of 2 variations that were tried" in critique.summary
+    assert "a motion succeeds in 1 of 2 tested variations" in critique.summary
 
     def crash(*_, **__):
         raise IsolationError("time", "it took more than 600 s")
@@ -214,10 +214,10 @@ def test_a_body_that_overlaps_its_surroundings_is_no_reference(tmp_path, monkeyp
     for name, text in (("bell.xml", example.environment), ("bell.toml", example.goal)):
         (tmp_path / name).write_text(text)
     found = check.check_goal(tmp_path / "bell.xml", tmp_path / "bell.toml")
-    assert any("No built-in body could be placed" in line for line in found.lines)
+    assert any("No built-in robot could be placed" in line for line in found.lines)
     assert (found.reference, found.blind, found.probe, found.scene) == ("", None, None, example.environment)
     assert found.problems == (
-        "No built-in body could be placed: each overlaps something at the start; make room at the mount.",
+        "No built-in robot could be placed: each overlaps something at the start; make room at the mount.",
     )
     (concept,) = FittingDesigner(parse_goal(example.goal), 0).propose(job_of("bell")[0], 1)
     assert "no body could be placed" in concept.rationale
@@ -282,9 +282,9 @@ def test_the_tool_tells_what_the_command_tells_with_both_pictures(tmp_path, monk
     given = {"objective": bell.objective, "environment": bell.environment, "goal": bell.goal}
     OWNER_TOOLS["make_task"].call(work, given)
     told = CHECK.call(work, {"task": "task_1"})
-    assert "Doing nothing: wins 0 of 5 episodes" in told.text
-    assert "Doing anything: wins 0 of 5" in told.text
-    assert "A built-in body: " in told.text
+    assert "No actions: 0 of 5 episodes succeed" in told.text
+    assert "Random actions: 0 of 5 episodes succeed" in told.text
+    assert "A built-in robot: " in told.text
     assert [drawn[:4] for drawn in told.pictures] == [b"\x89PNG"] * 2
 
 
@@ -378,7 +378,7 @@ def test_a_resumed_run_says_which_of_the_bodies_it_ranks_again_was_refused(monke
     second = resumed.revise(brief, first, None, f"family: {judge.REFUSED}: begun, progress 0.20; it is too short.")
     assert [body.refused for body in told] == [True, False, False]
     assert tried_text(told[0]).startswith(
-        f"body 1 of at most 3: {first.name}: progress 0.90, refused by the Judge before"
+        f"body 1 of at most 3: {first.name}: progress 0.90, rejected by the Judge earlier"
     )
     assert "refused" not in tried_text(told[1])
     assert without_rank(second) != without_rank(first)
@@ -393,7 +393,7 @@ def test_a_body_that_is_tried_again_keeps_its_number(monkeypatch):
     assert [(body.number, body.motions) for body in told] == [(1, 0), (2, 0), (3, 0), (1, 64), (2, 64)]
     assert [body.name for body in told[3:]] == [body.name for body in told[:2]]
     assert tried_text(told[2]).startswith(f"body 3 of at most 3: {told[2].name}: ")
-    assert tried_text(told[4]).startswith(f"body 2 again, 64 motions: {told[1].name}: ")
+    assert tried_text(told[4]).startswith(f"body 2 again with 64 motions: {told[1].name}: ")
 
 
 def test_a_design_that_uses_up_its_iterations_is_reported_by_its_best_body(tmp_path, monkeypatch):
@@ -412,7 +412,7 @@ def test_a_design_that_uses_up_its_iterations_is_reported_by_its_best_body(tmp_p
     outcome = run.design(1).outcome.read()
     assert (outcome.outcome, outcome.iteration) == ("invalid", 1)
     assert "iteration 1. No motion of this body wins without learning: there, progress 0.80" in outcome.reason
-    assert "Still wrong after 2 attempts: family: no motion of this body wins" in outcome.reason
+    assert "Faults remain after 2 attempts: family: no motion of this body wins" in outcome.reason
 
 
 def test_each_body_tried_is_told_and_logged(tmp_path, monkeypatch):
@@ -441,8 +441,8 @@ def test_each_body_tried_is_told_and_logged(tmp_path, monkeypatch):
     names = [run.design(1).iteration(number).concept.read() for number in (1, 2, 3)]
     assert (outcome.outcome, outcome.iteration) == ("invalid", 2), "of the bodies judged the one that came farthest"
     assert outcome.reason.startswith(
-        f"The best body is {names[1].name}, iteration 2. No motion of this body wins without learning: there, "
-        "progress 0.80; it stays for 0.1 s. To train it all the same: aidsr train designs/1/02/scene.xml --goal "
+        f"The best robot is {names[1].name}, iteration 2. No motion of this body wins without learning: there, "
+        "progress 0.80; it stays for 0.1 s. To train it anyway: aidsr train designs/1/02/scene.xml --goal "
         "goal.toml, in the run's folder. 3 bodies were judged for this design, and no motion of any wins."
     )
     assert read_status(run).designs[0].concept == names[1].name

@@ -66,10 +66,11 @@ def _refuse_fractions(_app: App, _commands: tuple[str, ...], arguments: Argument
 app = App(
     name="aidsr",
     version=__version__,
-    help="""Design tendon-driven continuum robots from words.
+    help="""Design tendon-driven continuum robots from a description in words.
 
-    Say what a robot should do and where; a team of four roles designs it in MuJoCo, measured faults are repaired, and
-    everything is kept in one folder. The team is a set of built-in rules unless you name a language model.
+    Describe what the robot should do, and where. A team of four roles designs it in MuJoCo, measured faults are
+    repaired, and all results are stored in one folder. The team consists of built-in rules unless you name a language
+    model.
 
     Start with `aidsr design --task button_pushing`.""",
     help_format="markdown",

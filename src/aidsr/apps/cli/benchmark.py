@@ -29,10 +29,9 @@ def benchmark(
     trust: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     dry_run: Annotated[bool, Parameter(negative="", show_default=False)] = False,
 ) -> int:
-    """Design, train and judge robots for many tasks, and write the tables.
+    """Run a study: design, train and evaluate robots for many tasks, and write the report.
 
-    A study is a folder with a frozen plan. The same command resumes it; so does --resume, without repeating the
-    options.
+    A study is a folder with a fixed plan. To resume it, repeat the command, or use --resume without the other options.
 
         aidsr benchmark studies/first --tasks button_pushing flat_ground --designs 3 --steps 50000
 
@@ -40,21 +39,21 @@ def benchmark(
 
         aidsr benchmark studies/second --tasks gap --model openai:gpt-5 --max-cost 20
 
-    Exit code 0 means that all jobs were done, 1 that some were given up (see failures.jsonl) or not paid for, 130 an
-    interruption.
+    Exit code 0: all jobs are done. 1: some jobs failed (see failures.jsonl) or did not fit in the cost or token limit.
+    130: interrupted.
 
     Parameters
     ----------
     study
         Folder of the study.
     jobs
-        How many jobs at a time on this machine; each uses one core.
+        Number of parallel jobs on this machine; each uses one core.
     ray
-        Address of a Ray cluster to do the jobs on, "auto" for the one that is running here; needs the extra "ray".
+        Address of a Ray cluster that runs the jobs, or "auto" for the cluster that runs here; requires the extra "ray".
     resume
         Resume the study with the plan in its folder.
     trust
-        Let a study that was not made here send its prompts, and your keys, where its study.toml says.
+        Allow a study that was not made here to send its prompts and your API keys to the addresses in its study.toml.
     dry_run
         Print the estimated cost and exit.
     """
@@ -131,7 +130,7 @@ def _check_this_machine(study: Study) -> None:
 
 
 def report(study: Path, /) -> int:
-    """Write the report of a study in its present state: report.html, .md, .csv and .json in its folder.
+    """Write the report of a study in its current state: report.html, .md, .csv and .json in its folder.
 
         aidsr report studies/first
 
@@ -149,7 +148,7 @@ def report(study: Path, /) -> int:
 
 
 def compare(one: Path, other: Path, /) -> int:
-    """Test whether one study is better than another by more than noise.
+    """Test whether the difference between two studies is statistically significant.
 
     Designs are paired by task, run and number; the first arm of each study is compared.
 
@@ -158,9 +157,9 @@ def compare(one: Path, other: Path, /) -> int:
     Parameters
     ----------
     one
-        Folder of a study.
+        Folder of the first study.
     other
-        Folder of another.
+        Folder of the second study.
     """
     from aidsr.apps.cli.studies import print_comparison
     from aidsr.apps.cli.terminal import make_console
@@ -170,7 +169,7 @@ def compare(one: Path, other: Path, /) -> int:
 
 
 def submit(study: Path, /, *, out: Path | None = None) -> int:
-    """Write a study's results into one small file that others can check and merge.
+    """Write the results of a study to one small file that others can verify and merge.
 
         aidsr submit studies/first --out first.json
 
@@ -179,7 +178,7 @@ def submit(study: Path, /, *, out: Path | None = None) -> int:
     study
         Folder of the study.
     out
-        The file; submission.json in the study's folder unless named.
+        Output file; default: submission.json in the study's folder.
     """
     from aidsr.apps.cli.terminal import write
     from aidsr.studies.study import open_study
@@ -194,9 +193,9 @@ def submit(study: Path, /, *, out: Path | None = None) -> int:
 
 
 def leaderboard(submissions: list[Path], /, *, study: Path | None = None) -> int:
-    """Verify files that others submitted, and merge them into one table.
+    """Verify submitted result files and merge them into one table.
 
-    The figures of each are computed again from its raw outcomes; a file that was changed is refused.
+    The results of each file are recomputed from its raw outcomes; a modified file is rejected.
 
         aidsr leaderboard ours.json theirs.json > leaderboard.md
 
@@ -205,7 +204,7 @@ def leaderboard(submissions: list[Path], /, *, study: Path | None = None) -> int
     submissions
         Files written by `aidsr submit`.
     study
-        Folder that the first file was made from: also check that it holds the very scenes that were submitted.
+        Study folder from which the first file was made; also check that it contains exactly the submitted scenes.
     """
     from aidsr.apps.cli.terminal import write, write_document
     from aidsr.studies.leaderboard import check_scenes
@@ -215,7 +214,7 @@ def leaderboard(submissions: list[Path], /, *, study: Path | None = None) -> int
     write_document(merged(submissions))
     if study is not None:
         count = check_scenes(submissions[0], open_study(study))
-        write(f"\n{submissions[0]}: all {count} scenes are those in {study}.\n")
+        write(f"\n{submissions[0]}: all {count} scenes match those in {study}.\n")
     return 0
 
 

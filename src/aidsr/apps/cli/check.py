@@ -21,25 +21,25 @@ def check(
     seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     json: Annotated[bool, Parameter(negative="", show_default=False)] = False,
 ) -> int:
-    """Look at an environment and a goal of your own before anything is designed.
+    """Check your own environment and goal before you design for them.
 
-    Draws it, says what is judged, where robots may stand and how far the work is, and tries it with a built-in body:
-    doing nothing, doing anything, and with open-loop motions. Exit code 0 means that it measures something, 1 that a
-    body wins by doing nothing or anything, that a target moves by itself or that no body could be placed to try it, 2 a
-    mistake in a file.
+    Draws the environment, prints what is judged, where a robot can be mounted and how far away the target is, and tests
+    the goal with a built-in robot: without actions, with random actions and with open-loop motions. Exit code 0: the
+    goal is a valid measure. 1: a robot succeeds without actions or with random actions, a target moves by itself, or no
+    robot could be placed for the test. 2: a mistake in a file.
 
         aidsr check environment.xml goal.toml
 
     Parameters
     ----------
     environment
-        MJCF of everything but the robot.
+        MJCF of the environment, without the robot.
     goal
         TOML file of the goal.
     out
-        Picture to write, and beside it the motion; check.png beside the goal unless named.
+        PNG file of the picture; the picture of the motion is written beside it. Default: check.png beside the goal.
     seed
-        Of the body and the random actions.
+        Seed of the robot and of the random actions.
     json
         Print everything as JSON, without the pictures.
     """
@@ -52,11 +52,11 @@ def check(
 
     picture = out or goal.parent / "check.png"
     if picture.suffix.lower() != ".png":
-        raise UserError(f"--out writes PNG; name a file that ends in .png, found {picture}")
+        raise UserError(f"--out {picture} is not a PNG file; give a file name that ends in .png")
     if not picture.parent.is_dir():
-        raise UserError(f"cannot write {picture}: there is no folder {picture.parent}")
+        raise UserError(f"cannot write {picture}: the folder {picture.parent} does not exist")
     console = make_console(to_stderr=True, soft_wrap=True)
-    with console.status("reading") as status:
+    with console.status("reading the files") as status:
 
         def listen(step: str) -> None:
             console.print(escape(step), style="dim")
@@ -92,4 +92,4 @@ def _print(found: GoalCheck, drawn: list[Path]) -> None:
         say(f"[bold]{escape(title)}[/]: {escape(words)}")
     for problem in found.problems:
         say(f"[red]{escape(problem)}[/]")
-    say(f"Drawn in {escape(', its best motion in '.join(str(file) for file in drawn))}", style="dim")
+    say(f"Picture: {escape('; best motion: '.join(str(file) for file in drawn))}", style="dim")

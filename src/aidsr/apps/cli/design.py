@@ -37,8 +37,8 @@ def design(
 ) -> int:
     """Design robots for a task or for an objective in words.
 
-    Exit code 0 means that at least one design was approved (with --train: is successful), 1 that none was, 2 a mistake
-    in the command.
+    Exit code 0: at least one design was approved (with --train: at least one policy is successful). 1: none. 2: a
+    mistake in the command.
 
         aidsr design --task button_pushing
 
@@ -51,7 +51,7 @@ def design(
     objective
         What the robot should do, in plain words; requires --environment.
     task
-        A benchmark task instead, see `aidsr tasks`; it brings objective and environment.
+        Benchmark task, with its own objective and environment; `aidsr tasks` lists the tasks.
     level
         Level of the task.
     environment
@@ -59,17 +59,17 @@ def design(
     robot
         MJCF of a robot to start from.
     goal
-        File that defines how success is measured in that environment, so that the designs can be probed and trained.
+        TOML file that defines how success is measured in the environment; required to probe and train the designs.
     train
         Train and evaluate a policy for each approved design.
     steps
-        Budget of control steps of each training.
+        Maximum control steps of each training.
     seeds
-        Policies trained for each approved design.
+        Number of policies to train for each approved design.
     dry_run
         Check the command, print the estimated cost and exit.
     runs
-        Folder in which the folder of the run is made.
+        Folder in which the run folder is created.
     """
     from aidsr.apps.cli.progress import follow_run
     from aidsr.apps.cli.training import train_designs

@@ -25,10 +25,9 @@ class Check:
 
 
 def doctor(*, test_isolation: bool = False) -> int:
-    """Check this installation: versions, graphics, isolation, plug-ins, keys.
+    """Check this installation: versions, graphics, isolation, plug-ins, API keys.
 
-    Says which keys are set and never what they are. Exit code 0 means that AID-SR works here, 1 that something is
-    wrong.
+    Prints which API keys are set, never their values. Exit code 0: AID-SR works here. 1: there is a problem.
 
         aidsr doctor
         aidsr doctor --test-isolation
@@ -36,7 +35,7 @@ def doctor(*, test_isolation: bool = False) -> int:
     Parameters
     ----------
     test_isolation
-        Also crash, stall and overfill child processes on purpose, to see that their limits hold here.
+        Also crash, stall and overfill child processes on purpose, to check that their limits work on this machine.
     """
     from rich.markup import escape
     from rich.table import Table
@@ -89,7 +88,7 @@ def _machine() -> tuple[Check, ...]:
         with tempfile.TemporaryFile(dir=Path.cwd()):
             writable = Check("files", "ok", f"runs can be written under {Path.cwd()}")
     except OSError as error:
-        writable = Check("files", "problem", f"{Path.cwd()} cannot be written ({error.strerror}); use --runs")
+        writable = Check("files", "problem", f"{Path.cwd()} is not writable ({error.strerror}); use --runs")
     return (
         Check("processor", "ok", f"{threads} {'thread' if threads == 1 else 'threads'} for simulation"),
         Check("graphics", "ok", gl_status()),
@@ -103,8 +102,8 @@ def _isolation() -> tuple[Check, ...]:
     all_of_them = guarantees()
     held = ", ".join(guarantee.name for guarantee in all_of_them if guarantee.holds)
     missing = ", ".join(guarantee.name for guarantee in all_of_them if not guarantee.holds)
-    found = (Check("isolation", "ok", f"models are opened in child processes: {held}"),)
-    return (*found, Check("isolation", "absent", f"not on this platform: {missing}")) if missing else found
+    found = (Check("isolation", "ok", f"models are loaded in child processes: {held}"),)
+    return (*found, Check("isolation", "absent", f"not available on this platform: {missing}")) if missing else found
 
 
 def _tested_isolation() -> Check:
@@ -114,8 +113,8 @@ def _tested_isolation() -> Check:
     tried = try_guarantees()
     broken = [f"{guarantee.name} ({guarantee.how})" for guarantee in tried if not guarantee.holds]
     if any(promised[guarantee.name] and not guarantee.holds for guarantee in tried):
-        return Check("isolation", "problem", f"tested, does not hold: {', '.join(broken)}")
-    return Check("isolation", "ok", f"tested, holds: {', '.join(each.name for each in tried if each.holds)}")
+        return Check("isolation", "problem", f"test failed: {', '.join(broken)}")
+    return Check("isolation", "ok", f"test passed: {', '.join(each.name for each in tried if each.holds)}")
 
 
 def _plugins() -> tuple[Check, ...]:
@@ -132,7 +131,7 @@ def _plugins() -> tuple[Check, ...]:
     for group in groups:
         for entry in group.entries():
             try:
-                loaded.append(f"{group.noun} {entry.name} of {group.load(entry).package}")
+                loaded.append(f"{group.noun} {entry.name} from {group.load(entry).package}")
             except UserError as error:
                 broken.append(Check("plug-ins", "problem", str(error)))
     return (Check("plug-ins", "ok", ", ".join(loaded)), *broken) if loaded else tuple(broken)
@@ -149,8 +148,8 @@ def _keys() -> tuple[Check, ...]:
     variables = dict.fromkeys(variable for provider in known for variable in provider.key_variables)
     present = [variable for variable in variables if os.environ.get(variable, "").strip()]
     if present:
-        return (Check("keys", "ok", f"set: {', '.join(present)}; used only when you name a model of theirs"),)
-    return (Check("keys", "absent", "none set, and none needed for --model builtin"),)
+        return (Check("keys", "ok", f"set: {', '.join(present)}; used only when you name a model of that provider"),)
+    return (Check("keys", "absent", "none set; --model builtin needs none"),)
 
 
 def _version(package: str) -> str | None:

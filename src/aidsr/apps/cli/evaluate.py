@@ -22,11 +22,11 @@ def evaluate(
     perturbed: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     json: Annotated[bool, Parameter(negative="", show_default=False)] = False,
 ) -> int:
-    """Evaluate a trained policy on variations of its task that it has never seen.
+    """Evaluate a trained policy on held-out variations of its task.
 
-    Writes evaluation.json, curve.png and two videos beside the policy; at another level or on another split only a file
-    of its own, such as evaluation_hard.json. Exit code 0 means a successful policy, 1 another one, 2 a mistake in the
-    command.
+    Writes evaluation.json, curve.png and two videos beside the policy. At another level or on another split it writes
+    only a separate file, such as evaluation_hard.json. Exit code 0: the policy is successful. 1: it is not. 2: a
+    mistake in the command.
 
         aidsr evaluate runs/2026-01-31_1002_button_pushing_7f3a/designs/1/training/001
 
@@ -35,21 +35,21 @@ def evaluate(
     training
         Folder of a finished training.
     episodes
-        How many variations; a verdict has 100.
+        Number of variations to evaluate; a verdict uses 100.
     level
-        Level of the task; that of the training unless given.
+        Level of the task; default: the level of the training.
     split
-        Variations that score the policy, or those that may be looked at while designing.
+        "held_out" are the variations that score the policy; "development" are those that may be used while designing.
     threads
-        Native threads for physics; 0 takes all processors.
+        Native threads for physics; 0 uses all processors.
     videos
-        Draw the best and the median episode.
+        Write videos of the best and the median episode.
     perturbed
-        Play the same variations again with parameters of the model off by up to 20 %, with actions 40 ms late and with
-        friction of cables, and report what share of the success is kept. Takes nine times as many episodes; the verdict
-        stays the same.
+        Repeat the same variations with model parameters changed by up to 20 %, with actions delayed by 40 ms and with
+        cable friction, and report the share of the success rate that is kept. This takes nine times as many episodes;
+        the verdict does not change.
     json
-        Print the whole evaluation as JSON.
+        Print the complete evaluation as JSON.
     """
     from aidsr import api
     from aidsr.apps.cli.terminal import make_console, write_document

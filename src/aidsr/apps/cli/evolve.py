@@ -35,12 +35,12 @@ def evolve(
     steps: Annotated[int, Parameter(validator=Number(gte=1))] = 60_000,
     out: Path = Path("evolution"),
 ) -> int:
-    """Design over generations: each is told what the bodies before it measured, the best and the most instructive.
+    """Design over several generations: each one uses the measurements of the best and most informative earlier robots.
 
-    Every scene is tried on its job without learning. It ends when a body does the job in every search (with --train:
-    when a policy wins half of its development episodes), after the last generation, or when the budget is spent. The
-    same command goes on with one that was stopped; more --generations may be asked for. Exit code 0 means that a body
-    does the job, 1 that none does.
+    Every stable scene is tested on its task without learning. The evolution ends when a robot succeeds in every search
+    (with --train: when a policy succeeds in half of its development episodes), after the last generation, or when the
+    budget is used up. To continue a stopped evolution, repeat the command; --generations may then be larger. Exit code
+    0: a robot succeeds. 1: none does.
 
         aidsr evolve --task gap --concepts 2 --generations 3
 
@@ -51,19 +51,19 @@ def evolve(
     objective
         What the robot should do, in plain words; requires --environment and --goal.
     task
-        A benchmark task instead, see `aidsr tasks`.
+        Benchmark task, with its own objective, environment and goal; `aidsr tasks` lists the tasks.
     level
         Level of the task.
     environment
         MJCF of the environment, without a robot.
     goal
-        File that defines how success is measured in that environment.
+        TOML file that defines how success is measured in the environment.
     generations
-        Generations, at most.
+        Maximum number of generations.
     train
-        Designs of each generation that get a short training, of those whose trial reaches the decisive stage.
+        Number of designs per generation that get a short training, among those whose trial reaches the decisive stage.
     steps
-        Control steps of such a training.
+        Control steps of each short training.
     out
         Folder of the evolution: its runs, its archive (for `aidsr design --memory`) and report.md.
     """
@@ -96,11 +96,11 @@ def evolve(
         with Lines(console) as lines, Mailbox(console, config.model):
             best = work_on(evolution, lambda line: write(f"{line}\n"), lines.on_event)
     except KeyboardInterrupt:
-        write(f"\nInterrupted. Finished work is kept in {out}; the same command goes on\n")
+        write(f"\nInterrupted. Finished work is kept in {out}; repeat the command to continue\n")
         return 130
     if best is None:
-        write(f"Nothing was measured: no scene was stable. Look at {out}/runs\n")
+        write(f"Nothing was measured: no scene was stable. See {out}/runs\n")
         return 1
-    write(f"The best: {best.text()}\n")
+    write(f"Best result: {best.text()}\n")
     write(f"Report: {out}/report.md; lessons: {out}/archive.jsonl\n")
     return 0 if plan.done_by(best) else 1

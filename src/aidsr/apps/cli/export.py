@@ -25,10 +25,10 @@ def export(
     policy: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     step: Annotated[bool, Parameter(negative="", show_default=False)] = False,
 ) -> int:
-    """Make an approved design into parts to print, to buy and to assemble, and list what cannot be built.
+    """Turn an approved design into parts to print, buy and assemble, and list what cannot be built.
 
-    Exit code 0 means buildable, as it is or with the changes printed; 1 means not buildable, for the reasons printed; 2
-    a mistake in the command. With 0 and with 1 the folder is written.
+    Exit code 0: buildable, without changes or with the printed changes. 1: not buildable, for the printed reasons. 2: a
+    mistake in the command. The folder is written with exit codes 0 and 1.
 
         aidsr export runs/2026-01-31_1002_button_pushing_7f3a/designs/1
 
@@ -39,17 +39,17 @@ def export(
     design
         Folder of an approved design, or MJCF of a robot.
     printer
-        What the parts are printed on: "fdm" lays filament, "sla" cures resin.
+        Type of 3D printer: "fdm" prints filament, "sla" prints resin.
     material
-        Material to print limbs of, as tpu95a or petg; the first that can be made of all the printer has unless named.
+        Material of the printed limbs, for example tpu95a or petg; default: the printer's first material that works.
     out
-        Folder to write; export/ in the design's folder, or NAME_export beside the file, unless named. An earlier export
-        in it is replaced.
+        Output folder; default: export/ in the design's folder, or NAME_export beside the file. An earlier export in it
+        is replaced.
     policy
-        Also run the design's last trained policy with the robot as built, 20 episodes (half a minute); needs the
-        extra "rl".
+        Also run the design's last trained policy on the robot as built, 20 episodes (half a minute); requires the extra
+        "rl".
     step
-        Also write each part as STEP, with flat facets; needs the extra "cad".
+        Also write each part as a STEP file with flat facets; requires the extra "cad".
     """
     from aidsr import api
     from aidsr.apps.cli.terminal import make_console
@@ -87,8 +87,6 @@ def _print_export(console: Console, exported: Exported) -> None:
         moved = f"largest displacement {built_mm:.0f} mm (designed {designed_mm:.0f} mm)"
         line(f"  simulated as built: {verdict.retest.motion}, {moved}")
         if verdict.retest.success_share is not None:
-            line(
-                f"  trained policy with the robot as built: {verdict.retest.success_share:.0%} of its episodes succeed"
-            )
-    use = "what stands in the way" if verdict.verdict == "not buildable" else "open it to build the robot"
+            line(f"  trained policy on the robot as built: {verdict.retest.success_share:.0%} of its episodes succeed")
+    use = "why it cannot be built" if verdict.verdict == "not buildable" else "instructions for building the robot"
     line(f"{exported.folder}/sheet.html: {use}")

@@ -25,11 +25,11 @@ def fix(
     simulate: _Flag = False,
     list_fixes: Annotated[bool, Parameter(name="--list", negative="", show_default=False)] = False,
 ) -> int:
-    """Fix what can mean only one thing in the MJCF of robots or scenes; with --simulate, what simulation finds.
+    """Fix unambiguous mistakes in the MJCF of robots or scenes; with --simulate, also faults found in simulation.
 
-    Prints what is fixed, and writes nothing without --out or --in-place. Exit code 0 means that no fault is left that
-    can be read off the document (with --simulate, no error), 1 that some are or that the fixes were not written, 2 a
-    mistake in the command; of several files the worst. A document without faults comes out byte for byte.
+    Prints the fixes, and writes files only with --out or --in-place. Exit code 0: no faults remain that can be found
+    without simulation (with --simulate: no errors remain). 1: some remain, or the fixes were not written. 2: a mistake
+    in the command. For several files, the highest code is returned. A document without faults is not changed.
 
         aidsr fix robot.xml
 
@@ -44,18 +44,18 @@ def fix(
     Parameters
     ----------
     files
-        MJCF of robots or scenes; "-" reads standard input and, without --out, writes the text to standard output.
+        MJCF files of robots or scenes; "-" reads standard input and, without --out, writes to standard output.
     out
         Write the fixed text to this file.
     in_place
-        Write the fixed text back to the file it came from.
+        Overwrite each file with its fixed text.
     force
-        Let --out replace a file that exists.
+        Allow --out to overwrite an existing file.
     simulate
-        Also apply fixes that change the robot, and validate in between, until it is stable or nothing helps any more.
-        The version with the fewest errors is kept, and none with an error that the robot did not have.
+        Also apply fixes that change the robot, and validate after each of them, until the robot is stable or no fix
+        helps. The version with the fewest errors is kept; it has no error that the original robot did not have.
     list_fixes
-        Print all fixes as a Markdown table, with the fault codes they cure, and nothing else.
+        Print all fixes and the fault codes that they cure as a Markdown table, and exit.
     """
     from aidsr.apps.cli.terminal import write_document
     from aidsr.core.errors import UserError
@@ -65,9 +65,9 @@ def fix(
         return 0
     unknown = next((file for file in files if file.startswith("--")), None)
     if unknown or not files:
-        raise UserError(f"{f'no such option: {unknown}' if unknown else 'no file named'}; see aidsr fix --help")
+        raise UserError(f"{f'unknown option: {unknown}' if unknown else 'no file given'}; see aidsr fix --help")
     if out is not None and (in_place or len(files) > 1):
-        raise UserError("--out writes one file: name one file, and leave out --in-place")
+        raise UserError("--out writes one file: give one file, and leave out --in-place")
     if out is not None and out.exists() and not force:
         raise UserError(f"{out} exists; name another file for --out, or add --force to replace it")
     if in_place and _STANDARD_INPUT in files:
@@ -107,7 +107,7 @@ def _account(name: str, result: FixResult, target: Path | None, *, written: bool
     count = "1 fix" if result.total == 1 else f"{result.total} fixes"
     place = f", written to {target}" if target is not None else ""
     head = "nothing to fix" if not result.total else f"{count}{place if written else _NOT_WRITTEN}"
-    left = f"left: {', '.join(result.unfixed)}; see aidsr validate" if result.unfixed else ""
+    left = f"remaining: {', '.join(result.unfixed)}; see aidsr validate" if result.unfixed else ""
     return "\n".join([f"{name}: {head}", *(f"- {note}" for note in result.notes), *([left] if left else []), ""])
 
 

@@ -21,11 +21,12 @@ def import_robot(
     folder: Annotated[Path | None, Parameter(show_default=False)] = None,
     force: _Flag = False,
 ) -> int:
-    """Turn a robot in several files into one MJCF document, so that the other commands take it.
+    """Merge a robot that consists of several files into one MJCF document that the other commands can read.
 
-    Includes are put in, meshes and height fields become numbers, meshes of more than 1,000 triangles their convex hull
-    with the same mass, and textures and skins from files are left out. The document begins with a list of the files and
-    their hashes. Exit code 2: a file is absent, outside the folder, or the result is no valid or too large a document.
+    Included files are inserted. Meshes and height fields are stored as numbers; a mesh with more than 1,000 triangles
+    is replaced by its convex hull with the same mass. Textures and skins from files are left out. The document begins
+    with a list of the files and their hashes. Exit code 2: a file is missing or outside the folder, or the result is
+    not a valid document or is too large.
 
         aidsr import mujoco_menagerie/robot/robot.xml --out robot.xml
 
@@ -36,11 +37,11 @@ def import_robot(
     file
         The main document.
     out
-        Write the document to this file; without it, it goes to standard output.
+        Write the document to this file; default: standard output.
     folder
-        Only regular files below this folder are read; the document's own folder where none is given.
+        Read only regular files in this folder and below it; default: the folder of the main document.
     force
-        Let --out replace a file that exists.
+        Allow --out to overwrite an existing file.
     """
     from aidsr.apps.cli.output_file import write_output
     from aidsr.apps.cli.terminal import write, write_document

@@ -47,6 +47,7 @@ class Mailbox:
                 self._announced.add(waiting.prompt)
                 self._console.print(
                     f"[yellow]waiting for a reply[/] of the {escape(waiting.role)}: read "
-                    f"{escape(str(waiting.prompt))}, save the reply as [bold]{escape(waiting.reply.name)}[/] beside it",
+                    f"{escape(str(waiting.prompt))} and save the reply as [bold]{escape(waiting.reply.name)}[/] in the "
+                    "same folder",
                     soft_wrap=True,
                 )

@@ -16,23 +16,23 @@ def mcp(
     runs: Path = Path("runs"),
     config: Annotated[bool, Parameter(negative="", show_default=False)] = False,
 ) -> int:
-    """Give an agent of yours our physics: a Model Context Protocol server on standard input and output.
+    """Give your own agent access to the simulation tools: an MCP server on standard input and output.
 
-    Your agent starts this command itself; see docs/mcp.md for how to list it. It can then read tasks or make its own,
-    validate robots, place them in environments, measure, train and look at them. Scenes it makes are kept as files for
-    `aidsr view` and `aidsr train`.
+    Your agent starts this command itself; docs/mcp.md describes the setup. The agent can then read tasks or create its
+    own, validate robots, place them in environments, measure and train them, and get pictures of them. Its scenes are
+    stored as files for `aidsr view` and `aidsr train`.
 
         aidsr mcp --folder scenes --config
 
     Parameters
     ----------
     folder
-        Where scenes are kept.
+        Folder in which scenes are stored.
     runs
-        Runs that it may read.
+        Folder of the runs that the agent may read.
     config
-        Print the entry for your agent's list of servers, with whole paths, and serve nothing: an agent starts the
-        server in a directory of its own, and without your shell's environment.
+        Print the entry for your agent's list of servers, with absolute paths, and exit. The paths are absolute because
+        an agent starts the server in its own directory and without your shell's environment.
     """
     from aidsr.apps.cli.terminal import write_document
     from aidsr.core.extras import require_extra

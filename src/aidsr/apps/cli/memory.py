@@ -6,19 +6,19 @@ from pathlib import Path
 
 from cyclopts import App
 
-memory = App(name="memory", help="Keep what runs measured, and look at what a designer would be told.")
+memory = App(name="memory", help="Collect measurements of runs, and show which lessons a designer gets.")
 
 
 @memory.command
 def add(file: Path, /, *runs: Path) -> int:
-    """Add what runs measured to a memory: runs with --task-feedback, or of the measuring team.
+    """Add the measurements of runs with --task-feedback, or of the measuring team, to a memory.
 
         aidsr memory add lessons.jsonl runs/*
 
     Parameters
     ----------
     file
-        The memory, a file that is made where there is none.
+        File of the memory; it is created if it does not exist.
     runs
         Folders of runs.
     """
@@ -29,34 +29,32 @@ def add(file: Path, /, *runs: Path) -> int:
     from aidsr.runs import Run
 
     if not runs:
-        raise UserError("no run given; name folders of runs, as runs/*")
+        raise UserError("no run given; give the folders of runs, for example runs/*")
     found = {run: lessons_of(Run(run)) for run in runs}
     new = Memory(file).add(lesson for lessons in found.values() for lesson in lessons)
     empty = [str(run) for run, lessons in found.items() if not lessons]
-    write(f"{file}: {new} new, {len(Memory(file).lessons())} in all\n")
+    write(f"{file}: {new} new, {len(Memory(file).lessons())} in total\n")
     if empty:
-        write(
-            f"nothing was measured (no --task-feedback, no measuring team, or no stable scene) in: {', '.join(empty)}\n"
-        )
+        write(f"no measurements (no --task-feedback, no measuring team, or no stable scene) in: {', '.join(empty)}\n")
     return 0 if len(empty) < len(found) else 1
 
 
 @memory.command
 def show(file: Path, /, *, task: str = "", objective: str = "", without_task: bool = False) -> int:
-    """Print what a designer would be told for a job; all lessons where no job is named.
+    """Print the lessons that a designer gets for a task or an objective; without one, print all lessons.
 
         aidsr memory show lessons.jsonl --task tunnel
 
     Parameters
     ----------
     file
-        The memory.
+        File of the memory.
     task
-        A benchmark task.
+        Benchmark task.
     objective
-        A job in words instead.
+        Objective in words, instead of a task.
     without_task
-        Leave out what it holds of that task itself.
+        Leave out lessons of the same task.
     """
     from aidsr.apps.cli.terminal import write
     from aidsr.core.errors import UserError
@@ -64,7 +62,7 @@ def show(file: Path, /, *, task: str = "", objective: str = "", without_task: bo
     from aidsr.tasks import load_task
 
     if task and objective:
-        raise UserError("both a task and an objective given; give only one of them")
+        raise UserError("both a task and an objective are given; give only one of them")
     if not file.is_file():
         raise UserError(f"the memory {file} does not exist; make it with aidsr memory add {file} RUN")
     kept = Memory(file)

@@ -9,16 +9,16 @@ Like = Literal["reach", "grasp", "carry", "turn", "crawl"]
 
 
 def new(name: Path, /, *, like: Like = "reach") -> int:
-    """Write an environment, a goal and a check of them, to change into a job of your own.
+    """Write a template for a job of your own: an environment, a goal and a script that checks them.
 
         aidsr new tap --like turn
 
     Parameters
     ----------
     name
-        Folder to make.
+        Folder to create.
     like
-        The kind of job that is nearest to yours.
+        Kind of job that is most similar to yours.
     """
     import shlex
 
@@ -31,7 +31,7 @@ def new(name: Path, /, *, like: Like = "reach") -> int:
     if name.exists():
         raise UserError(f"{name} exists already; name a new folder")
     if not name.parent.is_dir():
-        raise UserError(f"cannot make {name}: there is no folder {name.parent}")
+        raise UserError(f"cannot create {name}: the folder {name.parent} does not exist")
     example = templates()[like]
     name.mkdir()
     for file, text in (
@@ -41,11 +41,11 @@ def new(name: Path, /, *, like: Like = "reach") -> int:
     ):
         (name / file).write_text(text, encoding="utf-8")
     print_ = make_console(soft_wrap=True).print
-    print_(f"{example.title}: [bold]{escape(str(name))}[/] has environment.xml, goal.toml and check.py.")
-    print_("Change them, and look at what you have after each change:", style="dim")
+    print_(f"{example.title}: [bold]{escape(str(name))}[/] contains environment.xml, goal.toml and check.py.")
+    print_("Edit these files, and check them after each change:", style="dim")
     environment, goal = (shlex.quote(str(name / file)) for file in ("environment.xml", "goal.toml"))
     print_(escape(f"  aidsr check {environment} {goal}"))
-    print_("Then design for it:", style="dim")
+    print_("Then design a robot:", style="dim")
     print_(escape(f"  aidsr design {shlex.quote(example.objective)} --environment {environment} --goal {goal}"))
     return 0
 
@@ -65,26 +65,27 @@ from aidsr.teams.fitting.check import check_goal
 def main() -> None:
     here = Path(__file__).parent
 
-    # Reads both files, refuses a goal that cannot be met, and plays the built-in body that comes farthest of a few.
+    # Reads both files, rejects a goal that cannot be met, and tests the goal with the best of a few built-in robots.
     found = check_goal(here / "environment.xml", here / "goal.toml", listen=print)
 
-    # What a team of designers is told: what differs between episodes, what success is, what counts against it.
+    # What the design team gets: what varies between episodes, what success is, what counts against the robot.
     for title, words in found.judging.items():
         print(f"{title}: {words}")
 
-    # Where a robot may stand, and how far the place of work is from there.
+    # Where a robot can be mounted, and how far the target is from there.
     for mount in found.mounts:
         print(f"Mount: {mount}")
 
-    # A goal is no measure if a body meets it that does nothing, or anything.
+    # A goal measures nothing if a robot meets it without actions or with random actions.
     if found.blind:
-        print(f"Doing nothing wins {found.blind.idle} of {found.blind.episodes}, anything {found.blind.noise}.")
+        print(f"Of {found.blind.episodes} episodes, {found.blind.idle} succeed without actions,", end=" ")
+        print(f"{found.blind.noise} with random actions.")
 
-    # How far a body comes that was not designed for it: 1 would be done already, 0 may be out of everybody's reach.
+    # Progress of a robot that was not designed for this job: 1 means done already, 0 may mean impossible.
     if found.probe:
-        print(f"{found.reference} comes to progress {found.probe.progress:.2f}: {found.probe.reached}")
+        print(f"{found.reference} reaches progress {found.probe.progress:.2f}: {found.probe.reached}")
 
-    # Look at both: is everything where you meant it to be?
+    # Look at both pictures: is everything where you expect it?
     (here / "check.png").write_bytes(found.picture)
     if found.strip:
         (here / "check_motion.png").write_bytes(found.strip)

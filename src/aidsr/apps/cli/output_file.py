@@ -17,5 +17,5 @@ def write_output(path: Path, text: str) -> None:
 
     target = path.resolve()
     if not target.parent.is_dir():
-        raise UserError(f"cannot write {path}: there is no folder {path.parent}")
+        raise UserError(f"cannot write {path}: the folder {path.parent} does not exist")
     replace_file(target, text.encode())

@@ -23,7 +23,7 @@ class PlanOptions:
 
     tasks: Annotated[
         list[str] | None,
-        Parameter(negative="", consume_multiple=True, help='Names of tasks, or "all", the default.'),
+        Parameter(negative="", consume_multiple=True, help='Names of tasks; default: "all".'),
     ] = None
     level: Annotated[Literal["standard", "hard"], Parameter(help="Level of the tasks.")] = "standard"
     model: Annotated[
@@ -31,7 +31,7 @@ class PlanOptions:
         Parameter(
             negative="",
             consume_multiple=True,
-            help='One or more models to compare, "builtin" for the rules; each is an arm of the study.',
+            help='Models to compare; "builtin" for the built-in rules. Each model is an arm of the study.',
         ),
     ] = None
     method: Annotated[
@@ -39,14 +39,14 @@ class PlanOptions:
         Parameter(
             negative="",
             consume_multiple=True,
-            help="The full method, or ways of leaving something out of it or adding to it; each is an arm for each "
-            "model.",
+            help="Methods to compare: the full method, or variants with parts removed or added. Each method is an arm "
+            "for each model.",
         ),
     ] = None
     feedback: Annotated[
         Path | None,
         Parameter(
-            help='TOML file with what a person says to the designs of each task, for the methods "human" and '
+            help='TOML file with a person\'s feedback on the designs of each task, for the methods "human" and '
             '"human_only".'
         ),
     ] = None
@@ -55,24 +55,27 @@ class PlanOptions:
         Parameter(
             negative="",
             consume_multiple=True,
-            help='What they are measured against: "reference" for robots designed by hand, one a task, "search" for '
-            'CMA-ES over the numbers of a built-in family, one design a run (extra "search"); each is an arm.',
+            help='Baselines: "reference" for hand-designed robots, one per task; "search" for CMA-ES over the '
+            'parameters of a built-in family, one design per run (extra "search"). Each baseline is an arm.',
         ),
     ] = None
     search_robots: Annotated[int, setting("search_robots")] = RunConfig.model_fields["search_robots"].default
     designs: Annotated[
         int,
-        Parameter(validator=Number(gte=1), help="Designs of each task and model, in runs of --concepts."),
+        Parameter(validator=Number(gte=1), help="Number of designs for each task and model, in runs of --concepts."),
     ] = 15
     concepts: Annotated[int, setting("concepts")] = RunConfig.model_fields["concepts"].default
     seeds: Annotated[
         int,
-        Parameter(validator=Number(gte=0, lte=100), help="Policies trained for each approved design; 0 trains none."),
+        Parameter(
+            validator=Number(gte=0, lte=100),
+            help="Number of policies to train for each approved design; 0 trains none.",
+        ),
     ] = 1
-    steps: Annotated[int, Parameter(validator=Number(gte=1), help="Budget of control steps a policy.")] = 300_000
+    steps: Annotated[int, Parameter(validator=Number(gte=1), help="Maximum control steps for each policy.")] = 300_000
     protocol: Annotated[
         Protocol,
-        Parameter(help='"best" is soft actor-critic on held actions; "paper" is PPO, for comparison.'),
+        Parameter(help='"best" is soft actor-critic with held actions; "paper" is PPO, for comparison.'),
     ] = "best"
     probe: Annotated[bool, Parameter(help="Also probe each approved design without learning.")] = True
     perturbed: Annotated[
@@ -80,7 +83,7 @@ class PlanOptions:
         Parameter(
             negative="",
             show_default=False,
-            help="Also play successful policies in perturbed scenes; the verdict stays the same.",
+            help="Also run successful policies in perturbed scenes; the verdict does not change.",
         ),
     ] = False
 

@@ -37,11 +37,11 @@ def probe(
     film: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     json: Annotated[bool, Parameter(negative="", show_default=False)] = False,
 ) -> int:
-    """Measure how far a body gets on its task without learning.
+    """Measure how far a robot gets on its task without learning.
 
-    Many open-loop motions are played at once: pulls that ramp from one value to another, and sinusoids. What the best
-    of them reach distinguishes a bad body from a bad policy. Exit code 0 means that some motion succeeds, 1 that none
-    does, 2 a mistake in the command.
+    Plays many open-loop motions in parallel: ramps from one value to another, and sinusoids. The best of them show
+    whether a failure is due to the robot or to the policy. Exit code 0: at least one motion succeeds. 1: none does. 2:
+    a mistake in the command.
 
         aidsr probe runs/2026-01-31_1002_button_pushing_7f3a/designs/1
 
@@ -52,30 +52,30 @@ def probe(
     scene
         Folder of an approved design, or MJCF of a robot placed in the environment of a task.
     task
-        Task to try; a design knows its own.
+        Name of the task; not needed for a design.
     level
         Level of the task.
     goal
-        Goal in a file, instead of a task, for an environment of your own.
+        Goal file for your own environment, instead of a task.
     candidates
-        Motions tried for each variation, in whole generations of 16: of 100 only 96 are tried; 128 unless given, with
-        a goal 256.
+        Motions to try for each variation, in whole generations of 16: of 100, only 96 are tried. Default: 128; with a
+        goal, 256.
     variations
-        How many variations of the task; each is searched for itself.
+        Number of variations of the task; each is searched separately.
     max_steps
-        Physics steps of all simulations together; 300,000 unless given, with a goal 1,000,000.
+        Maximum physics steps of all simulations together. Default: 300,000; with a goal, 1,000,000.
     seed
-        The same seed tries the same motions.
+        Seed of the search; the same seed tries the same motions.
     grouping
-        "auto" lets actuators act together as the design says or as symmetric limbs do; "off" moves each independently.
+        "auto" groups actuators as in the design, or by symmetric limbs; "off" moves each actuator independently.
     threads
-        Native threads for physics; 0 takes all processors. Results do not depend on it.
+        Native threads for physics; 0 uses all processors. Results do not depend on it.
     out
-        File for the whole report; probe.json in a design's folder unless named, none for a lone scene.
+        File for the complete report; default: probe.json in the design's folder, no file for a single scene.
     film
-        Write the best motion as MP4 beside that file, where there is OpenGL; moments of it are drawn as PNG always.
+        Also write the best motion as MP4 beside the report; requires OpenGL. A PNG picture of it is always written.
     json
-        Print the whole report as JSON.
+        Print the complete report as JSON.
     """
     from rich.markup import escape
 
@@ -112,7 +112,7 @@ def probe(
         played = api.film(scene, report, task or "", level=level, goal=goal or "", grouping=grouping)
         drawn = _draw(played, kept, film=film)
         if not json:
-            make_console(soft_wrap=True).print(f"The best of them drawn in {escape(', '.join(drawn))}", style="dim")
+            make_console(soft_wrap=True).print(f"Best motion drawn in {escape(', '.join(drawn))}", style="dim")
     return 0 if report.success_share else 1
 
 
@@ -149,13 +149,13 @@ def _print(console: Console, report: ProbeReport, kept: Path | None) -> None:
     solved = report.won
     all_of_them = len(report.variations)
     console.print(
-        f"[bold]{escape(report.task)}[/]: for [bold]{solved} of {all_of_them}[/] variations some motion wins; "
-        f"one motion wins {round(report.same_motion_share * all_of_them)} of {all_of_them}; "
-        f"best progress {report.progress:.2f} on average",
+        f"[bold]{escape(report.task)}[/]: [bold]{solved} of {all_of_them}[/] variations solved; "
+        f"best single motion solves {round(report.same_motion_share * all_of_them)} of {all_of_them}; "
+        f"mean best progress {report.progress:.2f}",
         soft_wrap=True,
     )
     table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="dim")
-    for title in ("variation", "ended", "best", "at the end", "after", "best motion"):
+    for title in ("variation", "ended", "best progress", "final", "time", "best motion"):
         table.add_column(title, overflow="fold")
     for one in report.variations:
         episode = one.episode
@@ -167,4 +167,4 @@ def _print(console: Console, report: ProbeReport, kept: Path | None) -> None:
         console.print(escape(line), soft_wrap=True)
     console.print(f"{report.simulated_s:.0f} s of simulation in {report.wall_s:.0f} s; {report.why_ended}", style="dim")
     if kept is not None:
-        console.print(f"Motions written to {escape(str(kept))}", soft_wrap=True)
+        console.print(f"Report written to {escape(str(kept))}", soft_wrap=True)

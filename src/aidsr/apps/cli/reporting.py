@@ -29,21 +29,22 @@ def print_introduction(console: Console, run: Run) -> None:
     if record.config.model == BUILTIN:
         console.print(
             f"Model: [cyan]builtin[/], seed {record.config.seed}. These are fixed rules, not a language model: "
-            "no key is used and nothing is paid."
+            "no API key is used and there is no cost."
         )
     elif is_offline(record.config.model):
         console.print(
-            f"Model: [cyan]{escape(record.config.model)}[/]. No language model: no key is used and nothing is paid."
+            f"Model: [cyan]{escape(record.config.model)}[/]. This is not a language model: no API key is used and "
+            "there is no cost."
         )
     elif prompts_directory(record.config.model):
         console.print(
-            f"Model: [cyan]{escape(record.config.model)}[/]. Each call waits there as a file until its reply is saved "
-            "beside it; Control-C and `aidsr resume` lose nothing."
+            f"Model: [cyan]{escape(record.config.model)}[/]. Each prompt is written there as a file and waits until "
+            "you save the reply beside it. You can interrupt with Control-C and continue with `aidsr resume`."
         )
     elif provider is not None and provider.is_free:
-        console.print(f"Model: [cyan]{escape(record.config.model)}[/]. Its calls cost nothing.")
+        console.print(f"Model: [cyan]{escape(record.config.model)}[/]. Its calls are free.")
     elif _is_local(record.config.model):
-        console.print(f"Model: [cyan]{escape(record.config.model)}[/]. Its server is on this machine.")
+        console.print(f"Model: [cyan]{escape(record.config.model)}[/]. Its server runs on this machine.")
     else:
         console.print(f"Model: [cyan]{escape(record.config.model)}[/]. Every call may cost money.")
     console.print(f"Folder: {escape(str(run.path))}\n", soft_wrap=True)
@@ -69,7 +70,7 @@ def print_status(console: Console, run: Run, status: RunStatus) -> None:
     if run.summary.exists():
         console.print(f"\nOpen [bold]{escape(str(run.summary))}[/]", soft_wrap=True)
     if status.state != "finished":
-        when = "Resume" if status.state == "stopped" else "If no process is at work on it, resume"
+        when = "Resume" if status.state == "stopped" else "If no process is running it, resume"
         console.print(f"{when} with [bold]aidsr resume {escape(str(run.path))}[/]", soft_wrap=True)
 
 

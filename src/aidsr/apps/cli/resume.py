@@ -20,8 +20,8 @@ def resume(
 ) -> int:
     """Continue a run that was stopped or killed.
 
-    What is finished is kept, and no question that a language model answered is asked again. A limit given here
-    replaces the earlier ones, what was spent before included; designs that ran out of budget are continued.
+    Finished work is kept, and no answered call to a language model is repeated. Limits given here replace the earlier
+    ones and include what is already spent; designs that ran out of budget are continued.
 
         aidsr resume runs/2026-01-31_1002_button_pushing_7f3a
 
@@ -32,7 +32,7 @@ def resume(
     run
         Folder of the run.
     trust
-        Let a run that was not made here send its prompts, and your key, where its run.json says.
+        Allow a run that was not made here to send its prompts and your API key to the address in its run.json.
     """
     from aidsr.apps.cli.progress import follow_run
     from aidsr.apps.cli.trust import confirmed

@@ -106,12 +106,12 @@ class ReviewPrompt:
                 return
             decision = parse_answer(line)
             if decision is None:
-                self._print('  Type "a", "q", or "r" and what to change, as in "r make it longer": ', end="")
+                self._print('  Type "a", "q", or "r" and what to change, for example "r make it longer": ', end="")
                 continue
             iteration.decision.write(decision)
 
     def _explain_file(self, iteration: IterationFolder) -> None:
-        self._print(f'  answer    write {{"verdict": "approve"}} into {escape(str(iteration.decision.path))}')
+        self._print(f'  answer    write {{"verdict": "approve"}} to {escape(str(iteration.decision.path))}')
         self._print('            or {"verdict": "refine", "text": "…"}, or {"verdict": "quit"}')
 
     def _print(self, text: str, end: str = "\n") -> None:

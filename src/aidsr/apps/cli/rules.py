@@ -8,7 +8,7 @@ from cyclopts import Parameter
 
 
 def rules(*codes: str, page: Annotated[bool, Parameter(negative="", show_default=False)] = False) -> int:
-    """List the rules of the validator, or describe some in full; a file or pipe gets the description as Markdown.
+    """List the rules of the validator, or describe rules in full; in a file or pipe, the description is Markdown.
 
         aidsr rules
 
@@ -17,9 +17,9 @@ def rules(*codes: str, page: Annotated[bool, Parameter(negative="", show_default
     Parameters
     ----------
     codes
-        Codes of faults, as in a report.
+        Fault codes, as in a report.
     page
-        Print all that is known about the built-in rules, as Markdown.
+        Print the complete reference of the built-in rules as Markdown.
     """
     import re
     import sys

@@ -30,7 +30,7 @@ def show(
     json
         Print the status as JSON.
     layout
-        Print which files a run may hold and what is in them.
+        Print which files a run may contain, and what is in them.
     """
     from aidsr.apps.cli.terminal import make_console, write, write_document
     from aidsr.core.errors import UserError
@@ -40,7 +40,7 @@ def show(
         write(layout_text() + "\n")
         return 0
     if run is None:
-        raise UserError("no run given; name the folder of one, for example one under runs/")
+        raise UserError("no run given; give the folder of a run, for example a folder in runs/")
     status = read_status(Run(run))
     if json:
         write_document(status.model_dump_json(indent=2) + "\n")

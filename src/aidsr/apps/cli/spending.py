@@ -33,13 +33,13 @@ class StudyLimits:
         float | None,
         Parameter(
             validator=Number(gt=0),
-            help="Maximum cost of the whole study, in dollars, what was paid before included; holds until another is "
-            "given. No call that could exceed it is made, and what needs no language model continues.",
+            help="Maximum cost of the whole study in dollars, including what is already spent; it applies until "
+            "another limit is given. Calls that could exceed it are not made; work without a language model continues.",
         ),
     ] = None
     max_tokens: Annotated[
         int | None,
-        Parameter(validator=Number(gte=1), help="Maximum tokens of the whole study, in and out."),
+        Parameter(validator=Number(gte=1), help="Maximum tokens of the whole study, input and output together."),
     ] = None
 
     def changed(self, kept: Budget) -> Budget:
@@ -58,13 +58,13 @@ def print_estimate(config: RunConfig, runs: Path) -> None:
     console = make_console()
     if is_offline(config.model):
         who = "the built-in rules call" if config.model == BUILTIN else f"{config.model} calls"
-        console.print(f"Nothing to pay: {who} no language model.", soft_wrap=True, markup=False)
+        console.print(f"No cost: {who} no language model.", soft_wrap=True, markup=False)
         return
     found = estimate(config, runs)
     used = found.usage
     console.print(
         f"Estimate: about {used.calls} calls, {used.input_tokens:,} tokens in, {used.output_tokens:,} out, cost "
-        f"{format_cost(used)} ({found.basis}; the real figures may differ several times over).",
+        f"{format_cost(used)} ({found.basis}; actual values may differ by a factor of several).",
         soft_wrap=True,
         markup=False,
     )

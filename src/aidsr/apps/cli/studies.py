@@ -38,15 +38,15 @@ def print_forecast(console: Console, study: Study, jobs: int, limit: Budget) -> 
         limit: What the study may use of language models.
     """
     arms = Table(box=None, pad_edge=False)
-    for name in ("arm", "model", "what is not as usual"):
+    for name in ("arm", "model", "settings"):
         arms.add_column(name, overflow="fold")
     for arm in study.plan.arms:
-        arms.add_row(*map(escape, (arm.name, arm.config.model, arm.settings or "nothing, the full method")))
+        arms.add_row(*map(escape, (arm.name, arm.config.model, arm.settings or "defaults, the full method")))
     console.print(arms)
     found = estimate_study(study)
     left = ", ".join(f"{count} {stage}" for stage, count in found.jobs.items() if count) or "none"
-    console.print(f"[bold]{escape(study.path.name)}[/]: jobs to do: {left}", soft_wrap=True)
-    basis = "from this study's own designs" if found.measured else "a first guess"
+    console.print(f"[bold]{escape(study.path.name)}[/]: remaining jobs: {left}", soft_wrap=True)
+    basis = "from this study's own designs" if found.measured else "first guess"
     took = f", {_hours(found.core_hours / jobs)} with --jobs {jobs}" if jobs > 1 and found.core_hours else ""
     price = f"${found.cost_usd:.2f}" + (" (at the published cost of GPT-5)" if found.published_costs else "")
     console.print(
@@ -55,16 +55,16 @@ def print_forecast(console: Console, study: Study, jobs: int, limit: Budget) -> 
     )
     above = _above(study, found, limit)
     if above:
-        console.print(f"[yellow]Above the limit:[/] {above}; the study would end before all is done", soft_wrap=True)
+        console.print(f"[yellow]Above the limit:[/] {above}; the study would stop before all is done", soft_wrap=True)
 
 
 def _above(study: Study, coming: StudyEstimate, limit: Budget) -> str:
     """Return the limits that an estimate and what was used before exceed, as text; empty if none."""
     budget, parts = StudyBudget(study, limit), []
     if limit.cost_usd is not None and budget.paid_usd + coming.cost_usd > limit.cost_usd:
-        parts.append(f"${budget.paid_usd + coming.cost_usd:.2f} in all of ${limit.cost_usd:.2f} allowed")
+        parts.append(f"${budget.paid_usd + coming.cost_usd:.2f} in total, ${limit.cost_usd:.2f} allowed")
     if limit.tokens is not None and budget.tokens + coming.tokens > limit.tokens:
-        parts.append(f"{budget.tokens + coming.tokens:,} tokens in all of {limit.tokens:,} allowed")
+        parts.append(f"{budget.tokens + coming.tokens:,} tokens in total, {limit.tokens:,} allowed")
     return " and ".join(parts)
 
 
@@ -90,9 +90,9 @@ def print_unfinished(console: Console, study: Study, refused: Collection[Limit])
     names = ", ".join(cell.name for cell in undone[:_NAMED]) + (", …" if len(undone) > _NAMED else "")
     runs = "1 run is" if len(undone) == 1 else f"{len(undone)} runs are"
     console.print(
-        f"The study's limit is reached: {' and '.join(parts)}; what is left of the {format_limits(refused)} is too "
-        f"little for the next call. {runs} unfinished ({escape(names)}). To continue with a limit that should suffice "
-        f"by the estimate: aidsr benchmark "
+        f"The study's limit is reached: {' and '.join(parts)}; the rest of the {format_limits(refused)} is not enough "
+        f"for the next call. {runs} unfinished ({escape(names)}). To continue with a limit that should be enough "
+        f"according to the estimate: aidsr benchmark "
         f"{escape(str(study.path))} --resume {' '.join(options)}",
         soft_wrap=True,
     )
@@ -203,26 +203,27 @@ def print_comparison(console: Console, one: Study, other: Study) -> int:
     found = differences(rows, "first")
     if not found:
         console.print(
-            "The two studies have no design in common that came to an end: none of the same task, run and number."
+            "The studies have no finished design in common: no design with the same task, run and number is finished "
+            "in both."
         )
         return 1
     names = [f"{study.path.name} ({study.plan.arms[0].name})" for study in (other, one)]
-    table = Table(box=None, pad_edge=False, title=escape(" against ".join(names)), title_justify="left")
-    for name in ("what", "difference", "95 %", "chance", ""):
-        table.add_column(name, justify="left" if name in ("what", "") else "right")
+    table = Table(box=None, pad_edge=False, title=escape(" compared with ".join(names)), title_justify="left")
+    for name in ("metric", "difference", "95 % CI", "p", ""):
+        table.add_column(name, justify="left" if name in ("metric", "") else "right")
     for each in found:
         value, low, high = each.in_words
-        verdict = "more than noise" if each.real else "within noise"
+        verdict = "significant" if each.real else "not significant"
         table.add_row(each.what, value, f"{low} to {high}", f"{each.chance:.3f}", verdict)
     console.print(table)
     console.print(
-        f"{found[0].pairs} designs that came to an end in both, paired by task, run and number. Chance: how often "
-        "signs drawn at random come as far; fewer than six designs are never more than noise.",
+        f"{found[0].pairs} designs that are finished in both, paired by task, run and number. p: share of random sign "
+        "flips with a difference at least as large; with fewer than six designs no difference is significant.",
         soft_wrap=True,
     )
     unlike = _unlike(one, other)
     if unlike:
-        console.print(f"[yellow]Not the same study:[/] {escape('; '.join(unlike))}", soft_wrap=True)
+        console.print(f"[yellow]The studies also differ in:[/] {escape('; '.join(unlike))}", soft_wrap=True)
     return 0
 
 

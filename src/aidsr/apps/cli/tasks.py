@@ -10,7 +10,7 @@ from cyclopts import Parameter
 def tasks(*, page: Annotated[bool, Parameter(negative="", show_default=False)] = False) -> int:
     """List the benchmark tasks.
 
-    Each comes with an objective, an environment, variations and a measure of success.
+    Each task has an objective, an environment, variations and a measure of success.
 
         aidsr tasks
 
@@ -19,7 +19,7 @@ def tasks(*, page: Annotated[bool, Parameter(negative="", show_default=False)] =
     Parameters
     ----------
     page
-        Print all that is known about the tasks of the benchmark, as Markdown.
+        Print the complete reference of the benchmark tasks as Markdown.
     """
     from rich.table import Table
 

@@ -38,9 +38,9 @@ def train(
 ) -> int:
     """Train a policy for a robot by reinforcement learning, and evaluate it.
 
-    Exit code 0 means that at least one policy is successful (or that none was to be evaluated), 1 that none is, 2 a
-    mistake in the command, 130 an interruption. The same command continues where an earlier one stopped; what that one
-    finished is not trained again, only printed.
+    Exit code 0: at least one policy is successful (or --no-evaluate was given). 1: none is. 2: a mistake in the
+    command. 130: interrupted. To continue a stopped training, repeat the command; finished policies are not trained
+    again, their results are only printed.
 
         aidsr train runs/2026-01-31_1002_button_pushing_7f3a/designs/1
 
@@ -53,50 +53,50 @@ def train(
     scene
         Folder of an approved design, or MJCF of a robot placed in the environment of a task.
     task
-        Task to learn; a design knows its own.
+        Name of the task; not needed for a design.
     level
         Level of the task.
     goal
-        Goal in a file, instead of a task, for an environment of your own.
+        Goal file for your own environment, instead of a task.
     protocol
-        "best" is soft actor-critic on held actions; "paper" is PPO, for comparison.
+        "best" is soft actor-critic with held actions; "paper" is PPO, for comparison.
     steps
-        Budget of control steps for each seed; training ends earlier when success is saturated.
+        Maximum control steps for each seed; training ends earlier when the success rate is saturated.
     minutes
-        Budget of wall time for each seed as well. What it cuts short, the same seed does not repeat step by step.
+        Maximum wall time for each seed, in minutes. A training that it ends cannot be repeated step by step.
     seeds
-        How many policies to train, one after the other.
+        Number of policies to train, one after the other.
     first_seed
-        Seed of the first; the others follow it.
+        Seed of the first policy; the others use the seeds that follow.
     out
-        Where folders 001, 002 … are made: training/ in the design's folder, or here, unless named.
+        Folder for the folders 001, 002 …; default: training/ in the design's folder, or in the current folder.
     grouping
-        "auto" lets actuators act together as the design says or as symmetric limbs do; "off" gives each an action.
+        "auto" groups actuators as in the design, or by symmetric limbs; "off" gives each actuator its own action.
     from_probe
-        With protocol "paper": search an open-loop motion first, as `aidsr probe` does; where one succeeds, the policy
-        begins with it.
+        With protocol "paper": first search an open-loop motion, as `aidsr probe` does; if one succeeds, the policy
+        starts from it.
     smoothing
-        Share of the previous action that is kept in the next, 0 to below 1. Try 0.7 for a soft body that trembles
-        at its goal; a crawler may need quick strokes.
+        Share of the previous action that is kept in the next one, from 0 to below 1. Try 0.7 for a soft robot that
+        trembles at its goal; a crawler may need fast strokes.
     randomize
-        Let each training episode differ from the model as a real robot may: parameters off by up to 20 %, actions
-        40 ms late in half of the episodes, cables that rub at their guides.
+        Vary the model in each training episode as a real robot may differ from it: parameters changed by up to 20 %,
+        actions delayed by 40 ms in half of the episodes, cable friction at the guides.
     stop_hopeless
-        End a training in which no episode has succeeded after 70 % of its steps. With protocol "best".
+        Stop a training in which no episode has succeeded after 70 % of its steps. Requires protocol "best".
     script
-        Motion that the policy begins with and corrects: "own" is that with which the design's author saw it do the job,
-        where there is one, else a short probe searches a motion that learning has to beat; "none" does without any of
-        them; else a file. With protocol "best".
+        Motion that the policy starts from and corrects. "own": the motion with which the design's author saw it do the
+        task; if there is none, a short probe searches a motion that learning has to beat. "none": no motion. Otherwise
+        a file with a motion script. Requires protocol "best".
     threads
-        Native threads for physics; 0 takes all processors. Results do not depend on it.
+        Native threads for physics; 0 uses all processors. Results do not depend on it.
     tensorboard
         Also write logs for TensorBoard.
     evaluate
         Evaluate each policy on held-out variations.
     videos
-        Draw the best and the median of those episodes.
+        Write videos of the best and the median of those episodes.
     again
-        Train again, into the next folders, whatever earlier commands have left.
+        Train again into the next folders, even if earlier trainings are finished or stopped.
     """
     from aidsr.core.extras import require_extra
 
@@ -123,7 +123,7 @@ def train(
         recipe = recipe.from_nothing()
     if script == "own" and protocol == "best" and found.script:
         recipe = recipe.beginning_with(found.script)
-        console.print("The policy begins with the script of the design's author; --script none trains from nothing")
+        console.print("The policy starts from the script of the design's author; --script none trains without it")
     trainer = Trainer(
         console,
         steps,
@@ -141,6 +141,6 @@ def train(
             successful = trainer.train(found, out if out is not None else found.home / "training", grouping)
     except KeyboardInterrupt:
         same = "the same command without --again" if again else "the same command"
-        console.print(f"\nInterrupted. What was learned is kept; {same} continues", soft_wrap=True)
+        console.print(f"\nInterrupted. Progress is kept; repeat {same} to continue", soft_wrap=True)
         return 130
     return 0 if successful else 1

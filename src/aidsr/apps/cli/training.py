@@ -86,10 +86,10 @@ class Trainer:
         assert result is not None, "a training ends with its result"
         how = f"{result['steps']} steps in {result['wall_s']:.0f} s, ended by {result['stopped']}"
         if training.resumed:
-            how += ", resumed while it learned: not the policy of an undisturbed training"
+            how += ", resumed during training: not the policy of an uninterrupted training"
         how += training.beginning
         known = training.result.path in finished_before
-        line = f"{training.path}: trained already, {how}; --again repeats it" if known else f"{training.path}: {how}"
+        line = f"{training.path}: already trained, {how}; --again repeats it" if known else f"{training.path}: {how}"
         self.console.print(line, markup=False, soft_wrap=True)
         return training.path
 
@@ -127,7 +127,7 @@ def train_designs(run: Run, *, steps: int, seeds: int) -> int:
             write_summary(run)
     except KeyboardInterrupt:
         write_summary(run)
-        console.print("\nInterrupted. What was learned is kept; continue with", soft_wrap=True)
+        console.print("\nInterrupted. Progress is kept; continue with", soft_wrap=True)
         for design in left:
             command = ["aidsr", "train", str(design.path), "--steps", str(steps), "--seeds", str(seeds)]
             console.print(f"  {shlex.join(command)}", style="bold", markup=False, soft_wrap=True)
@@ -138,7 +138,7 @@ def train_designs(run: Run, *, steps: int, seeds: int) -> int:
 
 
 _NO_SUCCESS_YET = (
-    "no episode has succeeded so far; few such trainings come to anything (aidsr train --stop-hopeless ends them here)"
+    "no episode has succeeded so far; few such trainings succeed later (aidsr train --stop-hopeless ends them here)"
 )
 
 
@@ -155,7 +155,7 @@ class TrainingBar:
             TextColumn("{task.fields[left]}"),
         )
         self._progress = Progress(*columns, console=console, transient=True)
-        first = "a probe searches a motion first" if recipe.searches(steps) else ""
+        first = "probing for a motion first" if recipe.searches(steps) else ""
         self._bar = self._progress.add_task(title, total=steps, speed=0.0, success="–", left=first)
         self._next_line = 0
 
@@ -200,19 +200,19 @@ def evaluating(
     Nothing is said before the first call, for there may be nothing to evaluate. Where a line cannot change, as in a log
     file, there is one for each quarter.
     """
-    again = ", and as many with each perturbation" * perturbed
+    again = ", plus as many with each perturbation" * perturbed
     began, told = time.monotonic(), -1
-    with console.status("beginning") as status:
+    with console.status("starting") as status:
 
         def listen(point: EvaluationPoint) -> None:
             nonlocal told
             quarter = 4 if point.ended == point.episodes else int(4 * point.simulated_s / point.time_limit_s)
             if told < 0:
-                console.print(f"evaluating {episodes} episodes{' and drawing films' * videos}{again} …", style="dim")
+                console.print(f"evaluating {episodes} episodes{' and writing videos' * videos}{again} …", style="dim")
                 told = 0
             line = f"{point.ended} of {point.episodes} episodes ended, {point.succeeded} succeeded; "
             if point.ended == point.episodes:
-                line += "checking what their success rests on"
+                line += "checking plausibility"
             else:
                 per_s = point.simulated_s / (time.monotonic() - began)
                 line += f"{format_time_left(point.time_limit_s - point.simulated_s, per_s)}, then checks"
@@ -259,7 +259,7 @@ def print_evaluations(console: Console, evaluations: dict[Path, Evaluation]) -> 
     for folder, evaluation in evaluations.items():
         progress = sum(one.best_progress for one in evaluation.episodes) / len(evaluation.episodes)
         verdict = ["[green]yes[/]" if yes else "[red]no[/]" for yes in (evaluation.valid, evaluation.successful)]
-        name = f"{folder} (resumed while it learned)" if Training(folder).resumed else str(folder)
+        name = f"{folder} (resumed during training)" if Training(folder).resumed else str(folder)
         table.add_row(escape(name), _success(evaluation.success_rate), f"{progress:.2f}", *verdict)
     print_unwrapped(console, table)
 

@@ -32,12 +32,12 @@ def validate(
     force: _Flag = False,
     schema: _Flag = False,
 ) -> int:
-    """Find what is physically wrong with robots or scenes, and whether they are tendon-driven continuum robots.
+    """Find physical faults of robots or scenes, and check whether they are tendon-driven continuum robots.
 
-    The model is loaded by strict rules, every actuator is driven in simulation, and all faults are reported together.
-    There are two verdicts: sound, where the physics holds, and in scope, where cables and a soft body do the work.
-    Exit code 0 means sound, with --scope also in scope; 1 that it is not, 2 a mistake in the command; of several files
-    the worst.
+    Loads the model with strict rules, drives every actuator in simulation, and reports all faults together. There are
+    two verdicts: sound, if the physics holds, and in scope, if cables and a soft body do the work. Exit code 0: sound
+    (with --scope: sound and in scope). 1: not. 2: a mistake in the command. For several files, the highest code is
+    returned.
 
         aidsr validate robot.xml
 
@@ -52,33 +52,33 @@ def validate(
     Parameters
     ----------
     files
-        MJCF of robots or scenes; "-" reads standard input.
+        MJCF files of robots or scenes; "-" reads standard input.
     json
-        Print the whole report as JSON: an object for one file, a list of them for several.
+        Print the complete report as JSON: an object for one file, a list of objects for several.
     realizable
-        Make what would hinder building an error (guides, densities, walls and what motors would have to do), and name
-        motors. Whether all of it can be built, hinges and cable ways too, only `aidsr export` tells.
+        Report what would prevent building as an error (guides, densities, walls, motor loads), and name suitable
+        motors. Only `aidsr export` checks everything, including hinges and cable routes.
     mount
-        How a robot alone is held: "fixed" to the world, "free" on a plane, or as its freejoint says.
+        How a robot without a scene is held: "fixed" to the world, "free" on a plane, or "auto" by its freejoint.
     needs_contact
-        Whether the robot's job can only be done by touching something.
+        The robot's task is only possible with contact.
     select
-        Codes of the only rules to apply, with commas between; `aidsr rules` lists them.
+        Apply only the rules with these codes, separated by commas; `aidsr rules` lists the codes.
     ignore
-        Codes of rules not to apply.
+        Do not apply the rules with these codes.
     fidelity
-        Also measure how far the simulation can be trusted: each limb against exact elastic rods, twice the segments and
-        half the time step.
+        Also measure how accurate the simulation is: compares each limb with exact elastic rods, with twice the segments
+        and with half the time step.
     repair
-        Repair unambiguous mistakes, write the repaired text to this file, and validate that.
+        Repair unambiguous mistakes, write the repaired text to this file, and validate it.
     report
-        Also write a page to look at, one HTML file that needs nothing else.
+        Also write the report as a self-contained HTML page.
     scope
-        Exit with 1 also where a robot is out of scope.
+        Also exit with code 1 if a robot is out of scope.
     force
-        Let --repair and --report replace files that exist. A page that this command wrote is replaced without.
+        Allow --repair and --report to overwrite existing files. A page that this command wrote is always overwritten.
     schema
-        Print the schema of the JSON, and nothing else.
+        Print the schema of the JSON report, and exit.
     """
     from aidsr.apps.cli.terminal import write_document
     from aidsr.core.errors import UserError
@@ -94,15 +94,15 @@ def validate(
 
     unknown = next((file for file in files if file.startswith("--")), None)
     if unknown or not files:
-        fault = f"unknown option: {unknown}" if unknown else "no file named"
+        fault = f"unknown option: {unknown}" if unknown else "no file given"
         raise UserError(f"{fault}; see aidsr validate --help")
     for option, path in (("--repair", repair), ("--report", report)):
         if path is not None and len(files) > 1:
-            raise UserError(f"{option} writes one file, but {len(files)} are named; name one at a time")
+            raise UserError(f"{option} writes one file, but {len(files)} are given; give one at a time")
         if path is not None and not force:
             refuse_to_overwrite(path, option=option)
     if repair is not None and report is not None and repair.resolve() == report.resolve():
-        raise UserError(f"--repair and --report name the same file: {repair}; name two")
+        raise UserError(f"--repair and --report name the same file: {repair}; give two different files")
     check = Check(mount, needs_contact, realizable, fidelity, repair, report, _codes(select), _codes(ignore))
     return _print_reports(check, files, as_json=json, scope=scope)
 

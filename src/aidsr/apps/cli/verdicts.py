@@ -19,7 +19,7 @@ def verdict(report: FileReport) -> str:
     if "load" in layers:
         return "cannot be loaded"
     physics = "not sound" if layers - {"scope", "realizability"} else "sound"
-    building = ", but could not be built" if "realizability" in layers and physics == "sound" else ""
+    building = ", but not buildable" if "realizability" in layers and physics == "sound" else ""
     stable = "stable" if report.stable else "not stable"
     warned = ", with warnings" if report.stable and report.faults else ""
     return f"{stable} ({physics}{building}, {'in' if report.in_scope else 'out of'} scope){warned}"
@@ -48,10 +48,10 @@ def _parts(report: FileReport, repaired: Path | None, named: bool, motors: bool)
     yield "\n".join([head, _account(report, moving)] if moving else [head])
     if building:
         enforced = any(fault.severity == "error" for fault in building)
-        about = "Could it be built" + (":" if enforced else " (not part of the verdict; --realizable makes it so):")
+        about = "Buildability" + (":" if enforced else " (not part of the verdict; --realizable includes it):")
         yield f"{about}\n{_account(report, building, _REALIZABILITY_BYTES)}"
     if motors and (lines := list(_format_motors(report))):
-        yield "\n".join(["The cheapest motor of the catalogue for what the tests asked of each cable:", *lines])
+        yield "\n".join(["Cheapest motor of the catalogue that provides the measured load of each cable:", *lines])
     if report.fidelity is not None:
         yield report.fidelity.account()
 
@@ -63,7 +63,7 @@ def _account(report: FileReport, faults: tuple[Fault, ...], max_bytes: int = 160
 def _format_repairs(report: FileReport, place: Path) -> str:
     repairs = report.repairs
     if repairs is None or not repairs.total:
-        return f"nothing to repair; the text was written to {place} as it is"
+        return f"nothing to repair; the text was written to {place} unchanged"
     changes = "1 mechanical repair" if repairs.total == 1 else f"{repairs.total} mechanical repairs"
     return "\n".join([f"{changes}, written to {place}:", *(f"- {note}" for note in repairs.notes)])
 
@@ -73,7 +73,7 @@ def _format_motors(report: FileReport) -> Iterator[str]:
     groups: dict[str, list[str]] = {}
     asked = report.measurements.get("motors", {})
     for actuator, needs in asked.items():
-        groups.setdefault(needs["cheapest_motor"] or "no motor of the catalogue does that", []).append(actuator)
+        groups.setdefault(needs["cheapest_motor"] or "no suitable motor in the catalogue", []).append(actuator)
     for motor, actuators in groups.items():
         tension_n, speed_m_s, stroke_m = (
             max(asked[actuator][name] for actuator in actuators) for name in ("tension_n", "speed_m_s", "stroke_m")

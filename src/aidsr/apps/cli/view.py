@@ -6,9 +6,9 @@ from pathlib import Path
 
 
 def view(path: Path, /, *, picture: Path = Path("aidsr_view.png")) -> int:
-    """Look at a design, a scene or a robot.
+    """View a design, a scene or a robot.
 
-    Opens MuJoCo's viewer, where the actuators can be moved by hand; without a display, draws a picture instead.
+    Opens MuJoCo's viewer, where you can move the actuators by hand. Without a display, it draws a picture instead.
 
         aidsr view runs/2026-01-31_1002_button_pushing_7f3a/designs/1
 
@@ -19,7 +19,7 @@ def view(path: Path, /, *, picture: Path = Path("aidsr_view.png")) -> int:
     path
         MJCF file, or the folder of a design or of one iteration.
     picture
-        Where the picture goes when there is no display.
+        PNG file of the picture if there is no display.
     """
     from rich.markup import escape
 
@@ -29,12 +29,12 @@ def view(path: Path, /, *, picture: Path = Path("aidsr_view.png")) -> int:
     from aidsr.render.viewer import view as look
 
     if picture.suffix.lower() != ".png":
-        raise UserError(f"--picture writes PNG; name a file that ends in .png, found {picture}")
+        raise UserError(f"--picture {picture} is not a PNG file; give a file name that ends in .png")
     model = model_of(path)
     with about(model):
         drawn = look(open_mjcf(model), picture)
     if drawn is not None:
-        make_console(soft_wrap=True).print(f"There is no display here; drawn as [bold]{escape(str(drawn))}[/]")
+        make_console(soft_wrap=True).print(f"No display found; picture written to [bold]{escape(str(drawn))}[/]")
     return 0
 
 
@@ -47,7 +47,7 @@ def model_of(path: Path) -> Path:
     from aidsr.core.errors import UserError
 
     if (path / "run.json").exists():
-        raise UserError(f"{path} is a whole run; name one design of it, as {path / 'designs' / '1'}")
+        raise UserError(f"{path} is a run, not a design; give one of its designs, for example {path / 'designs' / '1'}")
     if not path.is_dir():
         return path
     iterations = [path, *sorted(path.glob("[0-9]*"))]
@@ -58,6 +58,6 @@ def model_of(path: Path) -> Path:
     found = next((candidate for candidate in candidates if candidate.exists()), None)
     if found is None:
         raise UserError(
-            f"{path} is not a design: neither scene nor robot found; name an MJCF file or the folder of a design"
+            f"{path} is not a design: neither scene nor robot found; give an MJCF file or the folder of a design"
         )
     return found

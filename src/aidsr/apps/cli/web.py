@@ -18,10 +18,10 @@ def web(
     token: Annotated[str, Parameter(env_var="AIDSR_WEB_TOKEN", show_default=False)] = "",
     browser: Annotated[bool, Parameter(negative="--no-browser")] = True,
 ) -> int:
-    """Open the web app: set up runs, watch them, review and train designs.
+    """Open the web app: set up and watch runs, review and train designs.
 
-    Runs are processes of their own and continue when the web app is closed. It can only be reached from this machine
-    unless you give --host, which then needs --token.
+    Runs are separate processes and continue when the web app is closed. Only this machine can reach the web app unless
+    you give --host, which requires --token.
 
         aidsr web
 
@@ -30,15 +30,15 @@ def web(
     Parameters
     ----------
     runs
-        Folder of the runs that are shown and made.
+        Folder of the runs; new runs are created in it.
     studies
-        Folders of studies to list as well; those in the folder of the runs always are.
+        Additional folders of studies to list; studies in the folder of the runs are always listed.
     port
         Port to listen on.
     host
-        Address to listen on. Any but this machine's own lets others reach the web app, and start runs.
+        Address to listen on. With any address other than the default, others can reach the web app and start runs.
     token
-        Password of the web app, at least 16 characters; the environment variable keeps it out of the list of
+        Password of the web app, at least 16 characters. Use the environment variable to keep it out of the list of
         processes.
     browser
         Open the web app in a browser.

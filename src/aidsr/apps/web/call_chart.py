@@ -56,7 +56,7 @@ def call_chart_svg(calls: Sequence[ChartedCall]) -> str:
         for call, begin, end in spans:
             if call.record.question.role == role:
                 drawn += _bar(call, across(begin), across(end), top)
-    name = "calls over time, with the sums of tokens and money"
+    name = "calls over time, with total tokens and spending"
     return f'<svg class="curve calls" viewBox="0 0 {_WIDTH} {height}" role="group" aria-label="{name}">{drawn}</svg>'
 
 

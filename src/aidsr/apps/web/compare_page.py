@@ -96,8 +96,8 @@ def _nothing_picked(site: Site, picked: list[_Compared]) -> None:
     with frame("Compare", ("Runs", "/"), ("Designs", "/designs"), site=site):
         text("Compare designs", tag="h1")
         told = (
-            "Pick two to four designs of any runs. Their views turn together, and what was measured, their learning "
-            "curves, concepts, faults and MJCF stand side by side."
+            "Select two to four designs of any runs. Their 3-D views turn together, and their measurements, learning "
+            "curves, concepts, faults and MJCF are shown side by side."
         )
         text(told, "soft", "p")
         designs_to_pick(site, tuple(f"{one.run.name}/{one.folder.number}" for one in picked))
@@ -106,7 +106,7 @@ def _nothing_picked(site: Site, picked: list[_Compared]) -> None:
 def _found(site: Site, named: str) -> _Compared:
     name, _, number = named.rpartition("/")
     if not number.isdecimal():
-        raise UserError(f'"{named[:80]}" is no design; expected RUN/NUMBER')
+        raise UserError(f'"{named[:80]}" is not a design; expected RUN/NUMBER')
     run, folder = site.design(name, int(number))
     site.view(run).design(folder.number)
     return _Compared(site, run, folder)
@@ -152,9 +152,9 @@ def _same_episode(compared: list[_Compared], views: list[SceneView | None]) -> N
         field = ui.number("Held-out variation", min=0, max=99, step=1, precision=0, format="%d").props("outlined dense")
         field.style("min-width: 170px")
         field.bind_value(chosen, "variation")
-        go = button("Play it in all views", play, "primary", "play_arrow")
+        go = button("Play in all views", play, "primary", "play_arrow")
         if len(ready) < len(compared):
-            text("Designs without a policy stay as they are.", "small soft")
+            text("Designs without a policy do not move.", "small soft")
 
 
 def _curves(compared: list[_Compared]) -> None:
@@ -162,7 +162,7 @@ def _curves(compared: list[_Compared]) -> None:
     if not curves:
         return
     with box("sheet stack", "section", aria_label="learning curves"):
-        text("Success while learning", tag="h2")
+        text("Training success", tag="h2")
         ui.html(curves_svg(curves), sanitize=False).classes("full")
         with box("row small"):
             for (name, _), colour in zip(curves, CURVE_COLOURS, strict=False):
@@ -181,8 +181,8 @@ def _faults(one: _Compared) -> None:
 
 def _mjcf(compared: list[_Compared]) -> None:
     names = {index: one.name for index, one in enumerate(compared)}
-    with box("sheet stack", "section", aria_label="difference of MJCF"):
-        text("What differs in the MJCF of the robots", tag="h2")
+    with box("sheet stack", "section", aria_label="differences in MJCF"):
+        text("Differences in the MJCF of the robots", tag="h2")
         with box("row"):
             first = ui.select(names, value=0, label="from").props("outlined dense")
             second = ui.select(names, value=1, label="to").props("outlined dense")
@@ -195,9 +195,9 @@ def _mjcf(compared: list[_Compared]) -> None:
                 html = difference(compared[int(first.value)].mjcf, compared[int(second.value)].mjcf)
                 if html:
                     shown = ui.html(html, sanitize=False).classes("code full")
-                    shown.props.update({"tabindex": "0", "role": "region", "aria-label": "difference"})
+                    shown.props.update({"tabindex": "0", "role": "region", "aria-label": "differences"})
                 else:
-                    text("Nothing differs.", "soft")
+                    text("No differences.", "soft")
 
         for field in (first, second):
             field.on_value_change(as_action(draw))

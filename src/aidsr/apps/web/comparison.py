@@ -17,13 +17,13 @@ from aidsr.runs.compare import attempted
 from aidsr.runs.trainings import best_verdict, verdicts_of
 
 _MEASURED = (
-    ("length of a limb", "characteristic_length_m", 1000.0, "mm"),
+    ("limb length", "characteristic_length_m", 1000.0, "mm"),
     ("moving mass", "moving_mass_kg", 1000.0, "g"),
     ("tendons", "tendons", 1.0, ""),
     ("actuators", "actuators", 1.0, ""),
     ("degrees of freedom", "degrees_of_freedom", 1.0, ""),
-    ("largest motion / length", "largest_effect_over_length", 1.0, ""),
-    ("fastest part", "fastest_body_m_s", 1.0, "m/s"),
+    ("largest displacement / length", "largest_effect_over_length", 1.0, ""),
+    ("fastest body", "fastest_body_m_s", 1.0, "m/s"),
 )
 """What the validator measured, as a person reads it: title, name, factor and unit; lengths in mm and masses in g, as in
 faults and parts."""
@@ -74,11 +74,11 @@ def comparison_column(run: str, folder: DesignFolder, design: DesignView) -> Col
     found = sum(stage.mark == "bad" for attempt in design.attempts for stage in attempt.stages)
     rows = [
         ("family", status.family),
-        ("body", concept.morphology if concept else ""),
+        ("morphology", concept.morphology if concept else ""),
         ("actuation", concept.actuation if concept else ""),
         *measured_in_words(report.measurements if report else {}),
         ("iterations", str(status.iteration)),
-        ("sent back", f"{found} times" if found != 1 else "once"),
+        ("rejected", f"{found} times" if found != 1 else "once"),
         ("time", format_duration(status.latency_s)),
         ("cost", format_cost(status.usage)),
         *_trained(folder),

@@ -161,7 +161,7 @@ def _line(entry: Entry, before: CallRecord | None) -> ui.element:
             with box("stack tight"):
                 why = _why_again(entry.call)
                 if why:
-                    text(f"the reply before was sent back: {why}", "small wait clamp", "p")
+                    text(f"the previous reply was rejected: {why}", "small wait clamp", "p")
                 _call(entry.line, entry.call, before)
     return line
 
@@ -183,7 +183,7 @@ def _call(line: str, call: CallRecord, before: CallRecord | None) -> None:
             text("reply", "label")
             long_text(call.reply, "reply")
             if call.finish != "stop":
-                text(f"The reply was ended by {call.finish}.", "small bad", "p")
+                text(f"The reply ended early: {call.finish}.", "small bad", "p")
             for attempt in call.failed_attempts:
                 text(f"failed attempt: {attempt.error}", "small bad", "p")
 
@@ -192,15 +192,15 @@ def _call(line: str, call: CallRecord, before: CallRecord | None) -> None:
 
 def _prompt_difference(before: CallRecord, call: CallRecord) -> None:
     """Offer what differs from the prompt that the same role was given before."""
-    with ui.expansion("What differs from this role's prompt before").props(
+    with ui.expansion("Changes from the previous prompt of this role").props(
         "dense dense-toggle switch-toggle-side"
     ) as fold:
         html = difference(_prompt(before), _prompt(call))
         if not html:
-            text("Nothing differs.", "soft")
+            text("No changes.", "soft")
             return
         shown = ui.html(html, sanitize=False).classes("code prose full")  # our own markup around escaped pieces
-        shown.props.update({"tabindex": "0", "role": "region", "aria-label": "difference of the prompts"})
+        shown.props.update({"tabindex": "0", "role": "region", "aria-label": "changes between the prompts"})
     fold.classes("full")
 
 
@@ -216,10 +216,10 @@ def _why_again(call: CallRecord) -> str:
 
 def _summary(record: CallRecord) -> str:
     cost = f", {format_cost(record.usage)}" if record.usage.cost_usd else ""
-    ended = "" if record.finish == "stop" else f", ended by {record.finish}"
+    ended = "" if record.finish == "stop" else f", ended early: {record.finish}"
     role = {"integrator": "Scene Integrator"}.get(record.question.role, record.question.role.capitalize())
     return (
-        f"{role} asked {record.model}: {format_tokens_in_thousands(record.usage)} tokens in "
+        f"{role} called {record.model}: {format_tokens_in_thousands(record.usage)} tokens in "
         f"{record.usage.latency_s:.1f} s{cost}{ended}"
     )
 

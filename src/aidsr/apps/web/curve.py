@@ -47,7 +47,7 @@ def scatter_svg(points: Sequence[tuple[float, float, str]], against: str) -> str
     most = max((amount for amount, _, _ in points), default=1) or 1
     drawn = "".join(
         f'<circle class="dot" cx="{_across(amount, most):.1f}" cy="{_up(share):.1f}" r="4.5">'
-        f"<title>{escape(name)}: {share:.0%}, {_short(amount)} {escape(against)}</title></circle>"
+        f"<title>{escape(name)}: {share:.0%}, {escape(against)}: {_short(amount)}</title></circle>"
         for amount, share, name in points
     )
     return _framed(f"held-out success against {against}", most, drawn)

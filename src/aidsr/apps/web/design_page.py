@@ -130,17 +130,17 @@ def _title(facts: tuple[str, str, int, int, int]) -> None:
         if number in (0, newest_number):
             badge(state, warnings)
         else:
-            text(f"iteration {number}, an earlier one", "badge waiting")
-            ui.link(f"To iteration {newest_number}, at which the design stands", "?")
+            text(f"iteration {number} (not the current one)", "badge waiting")
+            ui.link(f"Go to the current iteration, {newest_number}", "?")
 
 
 def _actions(page: _Page, outcome: Outcome | None) -> None:
     home = f"{page.run.name}/{page.folder.number}"
     with box("row"):
         if outcome and outcome.outcome == "approved":
-            hint = "Parts to print, motors, cables and a sheet to build it by"
+            hint = "Parts to print, motors, cables and an assembly sheet"
             button("Export", lambda: ui.navigate.to(f"/run/{home}/export"), "quiet", "construction", hint)
-        hint = "The folder of this design as a ZIP file"
+        hint = "Folder of this design as a ZIP file"
         button("Download", lambda: ui.download(f"/download/{home}"), "quiet", "download", hint)
 
 
@@ -157,7 +157,7 @@ def _head(facts: tuple[DesignView, str, int]) -> None:
             fact("time", format_duration(status.latency_s))
             usage_facts(status.usage)
             if status.mechanical_repairs:
-                fact("fixed by code", str(status.mechanical_repairs))
+                fact("mechanical repairs", str(status.mechanical_repairs))
         if status.outcome:
             notice(status.outcome.reason, "good" if status.outcome.outcome == "approved" else "bad")
         elif status.stopped:
@@ -205,7 +205,7 @@ def _iterations(page: _Page, facts: tuple[DesignView, str, int]) -> None:
     if page.folder.iteration(number).motion.path.exists():
         with box("sheet flush", "figure"):
             motion = f"designs/{page.folder.number}/{number:02d}/motion.png"
-            image(file_address(page.run.name, motion), "its motion while the actuators swing", "wide")
+            image(file_address(page.run.name, motion), "motion while the actuators sweep their ranges", "wide")
     with box("sheet stack", "section", aria_label="iterations"):
         text("Iterations", tag="h2")
         if len(design.attempts) > 1:
@@ -269,7 +269,7 @@ def _tabs(page: _Page, wanted: str) -> None:
 def _found(page: _Page, facts: tuple[DesignView, str, int]) -> None:
     number = facts[2]
     if not number:
-        text("Nothing was found yet.", "soft")
+        text("There are no findings yet.", "soft")
         return
     iteration = page.folder.iteration(number)
     with box("stack wide"):
@@ -278,7 +278,7 @@ def _found(page: _Page, facts: tuple[DesignView, str, int]) -> None:
         critique = iteration.critique.read()
         if critique:
             with box("stack"):
-                text("The Judge", tag="h2")
+                text("Judge", tag="h2")
                 _critique(critique)
         tried = iteration.task_report.read()
         if tried:
@@ -287,17 +287,17 @@ def _found(page: _Page, facts: tuple[DesignView, str, int]) -> None:
                 before = newest(it.task_report.read() for it in page.folder.leading_to(number) if it.number < number)
                 if before:
                     phase = before.phase.replace("_", " ")
-                    text(f"The iteration before: {phase}, progress {before.progress:.2f}.", "small soft", "p")
+                    text(f"Previous iteration: {phase}, progress {before.progress:.2f}.", "small soft", "p")
                 _critique(tried.critique)
         report = iteration.scene_report.read() or iteration.robot_report.read()
         if report is None:
-            text("This iteration was not validated yet.", "soft")
+            text("This iteration has not been validated yet.", "soft")
             return
         with box("stack"):
             what = "the scene" if iteration.scene_report.path.exists() else "the robot alone"
             many = f"{len(report.errors)} {'fault' if len(report.errors) == 1 else 'faults'}"
             stable = many if report.errors else "stable, with warnings" if report.warnings else "stable, no faults"
-            text(f"The validator on {what}: {stable}", tag="h2")
+            text(f"Validation of {what}: {stable}", tag="h2")
             for fault in (*report.errors, *report.warnings):
                 fault_found(fault)
         measured = measured_in_words(report.measurements)
@@ -319,9 +319,9 @@ def _critique(critique: Critique) -> None:
 
 def _change(change: Comparison, before: int) -> None:
     with box("sheet stack"):
-        text(f"Since iteration {before}", tag="h2")
+        text(f"Changes since iteration {before}", tag="h2")
         if not (change.changed or change.better or change.worse):
-            text("Nothing changed.", "soft")
+            text("No changes.", "soft")
         for title, sentences, kind in (
             ("changed", change.changed, ""),
             ("better", change.better, "better"),

@@ -169,7 +169,7 @@ def _amounts(design: DesignView, folder: DesignFolder) -> Iterator[tuple[str, fl
         yield "tokens", usage.input_tokens + usage.output_tokens
     report = attempted(folder, design.status.stands_at).report if design.status.stands_at else None
     measured = report.measurements if report else {}
-    for name, key, factor in (("actuators", "actuators", 1.0), ("g moving", "moving_mass_kg", 1000.0)):
+    for name, key, factor in (("actuators", "actuators", 1.0), ("moving mass [g]", "moving_mass_kg", 1000.0)):
         if measured.get(key) is not None:
             yield name, factor * float(measured[key])
     parts = JsonFile(folder.path / "export" / "parts.json", tuple[PartEntry, ...]).read()
@@ -274,14 +274,14 @@ def _compare_bar(picked: tuple[str, ...], refused: bool, act: Callable[..., None
         ui.navigate.reload()
 
     address = "/compare?" + urlencode([("design", key) for key in picked])
-    told = f"{len(picked)} of {MOST_COMPARED} picked"
+    told = f"{len(picked)} of {MOST_COMPARED} selected"
     if refused:
-        told += "; leave one out before you pick another"
+        told += "; deselect one before you select another"
     elif len(picked) < 2:
-        told += "; pick at least 2 to compare them"
+        told += "; select at least 2 to compare them"
     with box(f"notice row {'wait' if refused else ''}", role="status"):
         text(f"{told}.", "grow")
         if len(picked) > 1:
             button("Compare", partial(ui.navigate.to, address), "primary", "compare")
         if picked:
-            button("Pick none", none, "quiet")
+            button("Clear selection", none, "quiet")

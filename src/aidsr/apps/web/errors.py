@@ -18,9 +18,9 @@ _PAGE = """<!doctype html><html lang="en-US"><meta charset="utf-8"><title>{title
 <body><header class="top"><a class="brand" href="/">AID-SR</a></header>
 <main class="page narrow"><div class="sheet empty"><h1>{title}</h1><p class="soft">{said}</p>
 <a href="/">All runs</a></div></main></body></html>"""
-_NOTHING = "There is nothing here"
-_FAILED = "This page failed"
-_ADVICE = "That is a fault of the web app, not of your run; its terminal has the traceback."
+_NOTHING = "Page not found"
+_FAILED = "Internal error"
+_ADVICE = "The error is in the web app, not in your run. The terminal of the web app shows the traceback."
 
 
 def add_error_pages(application: FastAPI) -> None:
@@ -29,11 +29,11 @@ def add_error_pages(application: FastAPI) -> None:
     async def missing(request: Request, error: Exception) -> Response:
         status = error.status_code if isinstance(error, HTTPException) else 404
         detail = error.detail if isinstance(error, HTTPException) and error.detail != "Not Found" else ""
-        return _answer(request, status, _NOTHING, detail or f"No page has the address {request.url.path}")
+        return _answer(request, status, _NOTHING, detail or f"There is no page at {request.url.path}")
 
     async def invalid(request: Request, error: Exception) -> Response:
         del error
-        return _answer(request, 404, _NOTHING, f"No page has the address {request.url.path}")
+        return _answer(request, 404, _NOTHING, f"There is no page at {request.url.path}")
 
     async def failed(request: Request, error: Exception) -> Response:
         logging.getLogger(__name__).error("%s failed", request.url.path, exc_info=error)

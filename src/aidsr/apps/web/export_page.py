@@ -26,7 +26,7 @@ from aidsr.runs.trainings import trainings_of
 
 _DEFAULTS: dict[str, Any] = {"printer": "fdm", "material": "", "policy": False}
 """As `aidsr export` has it."""
-_ANY = "The first that it can be made of"
+_ANY = "First suitable material"
 
 
 @dataclass(frozen=True)
@@ -62,9 +62,9 @@ def add_export_page(site: Site) -> None:
         way = (*site.way_to(name), (view.title, f"/run/{name}"), (concept, f"/run/{name}/{number}"))
         with frame("Export", *way, site=site):
             with box("stack tight"):
-                text(f"{concept}, as parts", tag="h1")
+                text(f"{concept}: parts", tag="h1")
                 text(
-                    "Parts to print, motors and cables to buy, a sheet to assemble by, and what cannot be built.",
+                    "Parts to print, motors and cables to buy, an assembly sheet, and what cannot be built.",
                     "soft",
                     "p",
                 )
@@ -105,17 +105,17 @@ def draw_export(site: Site, run: Run, design: DesignFolder, state: State) -> Non
         name = site.export_name(run, design.number)
         with box("notice", role="status"), box("row apart"):
             with box("row"):
-                text("Parts are drawn, checked and driven in simulation once more; this takes about 20 seconds.")
+                text("Creating parts, checking them, and simulating the built robot. This takes about 20 seconds.")
                 clock(state.since)
             button("Stop", as_action(lambda: site.processes.stop(name)), "danger", "stop")
         return
     if state.output_tail:
-        notice("The last export ended without parts. Its output:", "bad")
+        notice("The last export made no parts. Its output:", "bad")
         long_text(state.output_tail, "last output", "last")
     if state.verdict is not None:
         show_export(run, design, state.verdict, state.parts, state.made)
     if state.missing:
-        notice(f"To export a design, install what is missing on this machine first: {state.missing}", "wait")
+        notice(f"Export is not available on this machine: {state.missing}", "wait")
     else:
         _start(site, run, design, state)
 
@@ -137,15 +137,15 @@ def _start(site: Site, run: Run, design: DesignFolder, state: State) -> None:
         material.set_options(offered, value=choices["material"] if choices["material"] in offered else "")
 
     with box("sheet stack", "section", aria_label="export this design"):
-        text("Make parts of it again" if state.verdict else "Make parts of it", tag="h2")
+        text("Export parts again" if state.verdict else "Export parts", tag="h2")
         with box("form"):
             labels = {one.name: one.label[0].upper() + one.label[1:] for one in PRINTERS}
             printer = ui.select(labels, label="Printer").props("outlined dense").bind_value(choices, "printer")
-            material = ui.select(fitting(choices["printer"]), label="Material of the limbs").props("outlined dense")
+            material = ui.select(fitting(choices["printer"]), label="Limb material").props("outlined dense")
             material.bind_value(choices, "material")
             printer.on_value_change(lambda event: turn(event.value))
         if state.trained:
-            ui.switch("Let the trained policy act with the robot as built (half a minute more)").bind_value(
+            ui.switch("Test the trained policy on the robot as built (half a minute more)").bind_value(
                 choices, "policy"
             )
         with box("row"):

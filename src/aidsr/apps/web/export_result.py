@@ -37,7 +37,7 @@ def show_export(run: Run, design: DesignFolder, verdict: Verdict, parts: tuple[P
             text(f"for {_label(verdict)}, {made[:10]} {made[11:16]} UTC", "small soft")
         with box("row"):
             ui.link("Assembly sheet", f"/sheet/{home}", new_tab=True).classes("button")
-            hint = "Everything as a ZIP file: 3MF and STL, sheet, bill, cable cuts, control program"
+            hint = "ZIP file with 3MF and STL, sheet, bill of materials, cable lengths and control program"
             button("Download", lambda: ui.download(f"/download/{home}/export"), "quiet", "download", hint)
     _facts(verdict, parts)
     with box("split"):
@@ -71,13 +71,13 @@ def _material(name: str) -> str:
 
 def _facts(verdict: Verdict, parts: tuple[PartEntry, ...]) -> None:
     with box("facts"):
-        fact("parts to print", f"{sum(part.copies for part in parts)}, of {len(parts)} kinds")
+        fact("parts to print", f"{sum(part.copies for part in parts)} ({len(parts)} different)")
         fact("moving mass, simulated", f"{verdict.moving_simulated_g:.0f} g")
         fact("moving mass, built", f"{verdict.moving_built_g:.0f} g")
         if verdict.winches_g is not None:
-            fact("motors beside it", f"{verdict.winches_g:.0f} g")
-        more = f" and {len(verdict.unpriced)} without a price" if verdict.unpriced else ""
-        fact("to buy, about", f"${verdict.cost_usd:.0f}{more}")
+            fact("separate motors", f"{verdict.winches_g:.0f} g")
+        more = f" + {len(verdict.unpriced)} without a price" if verdict.unpriced else ""
+        fact("estimated cost", f"${verdict.cost_usd:.0f}{more}")
 
 
 def _bed(run: Run, design: DesignFolder, parts: tuple[PartEntry, ...], made: str) -> None:
@@ -100,7 +100,7 @@ def _bed(run: Run, design: DesignFolder, parts: tuple[PartEntry, ...], made: str
         view = PartsView(lying, title=f"{run.name} design {design.number} parts")
     with box("sheet flush scroll"), box("list fold", "table"):
         with box(tag="thead"), box(tag="tr"):
-            for title in ("letter", "part", "copies", "of", "mass", "size", "checks", "files"):
+            for title in ("letter", "part", "copies", "material", "mass", "size", "checks", "files"):
                 text(title, {"letter": "unseen", "copies": "num", "mass": "num", "size": "num"}.get(title, ""), "th")
         with box(tag="tbody"):
             for part, mark in zip(parts, marks, strict=True):
@@ -117,7 +117,7 @@ def _bed(run: Run, design: DesignFolder, parts: tuple[PartEntry, ...], made: str
                     with box(tag="td"), box("row small together"):
                         for ending in (".3mf", ".stl"):
                             ui.link(ending[1:].upper(), address(part, ending))
-                label_cells(row, ("", "", "copies", "of", "mass", "size", "checks", "files"))
+                label_cells(row, ("", "", "copies", "material", "mass", "size", "checks", "files"))
 
 
 def _about(part: PartEntry) -> str:
@@ -132,7 +132,9 @@ def _size(part: PartEntry) -> str:
 def _found(part: PartEntry) -> list[str]:
     """Return what was found wrong with a part as it lies on the bed."""
     return [
-        label for bad, label in ((not part.watertight, "not closed"), (not part.fits_bed, "larger than the bed")) if bad
+        label
+        for bad, label in ((not part.watertight, "not watertight"), (not part.fits_bed, "larger than the bed"))
+        if bad
     ]
 
 
@@ -141,30 +143,30 @@ def _reasons(verdict: Verdict) -> None:
         text("Can it be built?", tag="h2")
         errors = [fault for fault in verdict.reasons if fault.severity == "error"]
         if verdict.verdict == "buildable":
-            text("Yes, as it was simulated.", "", "p")
+            text("Yes, as simulated.", "", "p")
         elif not errors:
             text("Yes, with the changes below.", "", "p")
         else:
-            text("No, for these reasons. The files are there all the same, to see what is wrong.", "", "p")
+            text("No, for the reasons below. The files are provided anyway, to show what is wrong.", "", "p")
         for fault in verdict.reasons:
             fault_found(fault)
 
 
 def _retest(retest: Retest) -> None:
-    with box("sheet stack", "section", aria_label="simulated as built"):
-        text("Simulated as it will be built", tag="h2")
+    with box("sheet stack", "section", aria_label="simulation as built"):
+        text("Simulation as built", tag="h2")
         with box("facts small"):
             fact("motion", retest.motion)
             fact("largest displacement, built", f"{1000 * retest.reach_m:.0f} mm")
             fact("largest displacement, designed", f"{1000 * retest.designed_reach_m:.0f} mm")
             if retest.success_share is not None:
-                fact("trained policy succeeds", f"{retest.success_share:.0%}")
+                fact("policy success, built", f"{retest.success_share:.0%}")
             if retest.designed_success_share is not None:
-                fact("before", f"{retest.designed_success_share:.0%}")
+                fact("policy success, designed", f"{retest.designed_success_share:.0%}")
         for fault in retest.motion_faults:
             fault_found(fault)
         if retest.building_faults:
-            text("Limits of its cables, winches and parts (weighed under “Can it be built?”)", "label")
+            text("Limits of cables, winches and parts (considered under “Can it be built?”)", "label")
             for fault in retest.building_faults:
                 fault_found(fault)
 
@@ -173,7 +175,7 @@ def _changes(changes: tuple[Change, ...]) -> None:
     if not changes:
         return
     with box("sheet stack", "section", aria_label="changes"):
-        text("What differs from the simulation", tag="h2")
+        text("Differences from the simulation", tag="h2")
         for change in changes:
             with box("stack tight"):
                 text(change.what, "label")

@@ -37,7 +37,7 @@ def frame(title: str, *way: tuple[str, str], site: Site | None = None, narrow: b
     skip.props["tabindex"] = "0"
     with ui.element("header").classes("top"):
         ui.link("AID-SR", "/").classes("brand")
-        with ui.element("nav").props('aria-label="where you are"'):
+        with ui.element("nav").props('aria-label="breadcrumb"'):
             for text, address in way:
                 ui.label("/").classes("sep")
                 ui.link(text, address)
@@ -49,7 +49,7 @@ def frame(title: str, *way: tuple[str, str], site: Site | None = None, narrow: b
             live(site.work.tasks, _at_work, every_s=2.0, first=site.work.latest)
         _theme_button(dark)
         new = ui.button("New run", icon="add", color=None, on_click=lambda: ui.navigate.to("/new"))
-        new.props("unelevated").classes("primary").tooltip("key n")
+        new.props("unelevated").classes("primary").tooltip("shortcut: n")
     main = ui.element("div").classes("page narrow" if narrow else "page")
     main.props["id"] = "content"
     with main:
@@ -73,8 +73,8 @@ def _at_work(tasks: tuple[Task, ...]) -> None:
 def _theme_button(dark: ui.dark_mode) -> None:
     theme = app.storage.user.get("theme", "auto")
     button = ui.button(icon=_THEMES.get(theme, _THEMES["auto"])[1], color=None).props("flat").classes("bare")
-    button.props["aria-label"] = "colours: as the system, light, dark"
-    button.tooltip("colours: as the system, light or dark")
+    button.props["aria-label"] = "theme: system, light or dark"
+    button.tooltip("theme: system, light or dark")
 
     def turn() -> None:
         names = list(_THEMES)

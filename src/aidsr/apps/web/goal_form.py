@@ -18,14 +18,14 @@ from aidsr.core.errors import AidsrError
 _FIRST_LINES = {
     "reach": 'target = "{place}"   # site or body',
     "pose": 'target = "{place}"   # site or body\n'
-    "direction = [0, 0, -1]   # where the axis of the functional part has to point",
-    "lift": 'target = "{body}"   # body that can move',
-    "travel": 'distance_m = 0.1\n# target = "{body}"   # body that can move; without it the robot itself',
-    "turn": 'joint = "{joint}"   # hinge\nby_deg = 90   # by the right hand about its axis',
+    "direction = [0, 0, -1]   # required direction of the functional part's axis",
+    "lift": 'target = "{body}"   # movable body',
+    "travel": 'distance_m = 0.1\n# target = "{body}"   # movable body; default: the robot itself',
+    "turn": 'joint = "{joint}"   # hinge\nby_deg = 90   # about its axis, by the right-hand rule',
     "touch": 'target = "{body}"   # body',
-    "bring": 'targets = ["{body}"]   # bodies; "pellet_*" is all whose names begin so\n'
-    "region = {{ center_m = [0, 0, 0.1], size_m = [0.1, 0.1, 0.1] }}   # or radius_m; or at = a site or body",
-    "follow": "path_m = [[0, 0, 0.1], [0.1, 0, 0.1]]   # corners; or sites = their names",
+    "bring": 'targets = ["{body}"]   # bodies; "pellet_*" matches all names with this prefix\n'
+    "region = {{ center_m = [0, 0, 0.1], size_m = [0.1, 0.1, 0.1] }}   # or radius_m; or at = site or body",
+    "follow": "path_m = [[0, 0, 0.1], [0.1, 0, 0.1]]   # waypoints; or sites = their names",
     "stages": '[[stages]]\nkind = "touch"\ntarget = "{body}"\n\n[[stages]]\nkind = "lift"\ntarget = "{body}"',
 }
 """Of each kind of goal, what it cannot do without, with names of the environment."""
@@ -88,14 +88,14 @@ def goal_form(form: Form) -> None:
         with box("row"):
             kinds = ui.select(list(_FIRST_LINES), label="Kind of goal", value="reach").props("outlined dense")
             kinds.style("min-width: 160px")
-            button("Write its keys", begin, "quiet", "edit", "Replaces what stands below")
-            back = button("Take that back", take_back, "bare", "undo")
+            button("Insert template", begin, "quiet", "edit", "Replaces the text below")
+            back = button("Undo", take_back, "bare", "undo")
             back.set_visibility(False)
         field = ui.textarea("Goal (TOML)").props("outlined autogrow debounce=500").classes("mono")
         field.bind_value(form, "goal")
         field.props.update({"maxlength": GOAL.most_bytes, "placeholder": 'kind = "touch"\ntarget = "bell"'})
         text(
-            "It defines success; only probing and training need it. docs/goals.md explains kinds and keys.",
+            "The goal defines success. Only probing and training need it. docs/goals.md explains kinds and keys.",
             "small soft",
         )
         with box("live") as names:

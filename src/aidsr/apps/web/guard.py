@@ -48,13 +48,13 @@ h1{{font-size:24px;color:var(--accent)}} p[role=alert]{{color:light-dark(#a23a2c
 input,button{{font:inherit;padding:.5rem .7rem;width:100%;box-sizing:border-box;margin:.4rem 0;border-radius:6px;
 border:1px solid light-dark(#c5c9c3,#465157);background:light-dark(#fff,#1b2024);color:inherit}}
 button{{background:var(--accent);color:light-dark(#fff,#0c1a1c);font-weight:600;cursor:pointer}}</style>
-<main><h1>AID-SR</h1><p>This page asks for the token with which <code>aidsr web</code> was started
+<main><h1>AID-SR</h1><p>Enter the token with which <code>aidsr web</code> was started
 (<code>AIDSR_WEB_TOKEN</code>).
 <form method=post action=/sign-in><label for=token>Token</label>
-<input id=token type=password name=token autocomplete=current-password autofocus required>{said}<button>Open</button>
+<input id=token type=password name=token autocomplete=current-password autofocus required>{said}<button>Sign in</button>
 </form></main></html>"""
 """Complete in itself: without the token no stylesheet is given out."""
-_WRONG_TOKEN = "that is not the token of this web app; look at the terminal or the service that started it"
+_WRONG_TOKEN = "wrong token; it was set in the terminal or the service that started this web app"
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,10 @@ class Guard:
     def _refusal(self, scope: Scope, headers: dict[str, str]) -> Refusal | None:
         host = headers.get("host", "").lower()
         if self.hosts and _name(host) not in self.hosts:
-            return Refusal(403, f"this page answers to {', '.join(sorted(self.hosts))}; another Host was asked for")
+            return Refusal(
+                403,
+                f"this host name is not allowed; the web app can be reached only as {', '.join(sorted(self.hosts))}",
+            )
         origin = headers.get("origin")
         if origin is not None and _asked_from(origin) != host:
             return Refusal(403, "a request from another site was refused")
@@ -158,7 +161,7 @@ def _too_large(scope: Scope, headers: dict[str, str]) -> Refusal | None:
     if length is None:
         return None if "transfer-encoding" not in headers else Refusal(411, "Content-Length required")
     if not is_number(length) or int(length) > MAX_BODY_BYTES:
-        return Refusal(413, f"at most {MAX_BODY_BYTES} bytes can be sent at once")
+        return Refusal(413, f"the request is too large; at most {MAX_BODY_BYTES} bytes are allowed")
     return None
 
 

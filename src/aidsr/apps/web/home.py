@@ -62,7 +62,7 @@ def add_home(site: Site) -> None:
             with box("row apart"):
                 text("Runs", tag="h1")
                 ui.link("Designs", "/designs").classes("only-narrow")
-                field = ui.input(placeholder="Search: task, words, model, state").props("outlined dense clearable")
+                field = ui.input(placeholder="Search task, objective, model, state").props("outlined dense clearable")
                 field.bind_value(wanted, "words")
                 field.props.update({"data-search": "yes", "aria-label": "Search runs", "style": "width: 320px"})
                 with field.add_slot("append"):
@@ -101,7 +101,7 @@ def _runs(site: Site, wanted: _Wanted) -> Callable[[], Coroutine[Any, Any, None]
                     text(f"None of {found.of} runs matches “{found.search}”.", "soft")
         rows.update((row.name, row) for row in there)
         if isinstance(found, _Shown):
-            said.text = f"The newest {len(there)} of {found.matching} runs"
+            said.text = f"Showing the newest {len(there)} of {found.matching} runs"
             rest.set_visibility(len(there) < found.matching)
 
     look = watch(lambda: _read(site, wanted), show)
@@ -196,4 +196,4 @@ def _undo(site: Site, name: str) -> None:
         text(f"{name} was moved to the trash.")
         with box("row"):
             button("Undo", as_action(restore), "quiet", "undo")
-            button("", as_action(leave), "bare", "close", "Leave it there")
+            button("", as_action(leave), "bare", "close", "Dismiss")

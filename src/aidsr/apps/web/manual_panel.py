@@ -41,8 +41,8 @@ def prompts_of(site: Site, run: Run) -> Path | None:
         return None
     if not directory.resolve().is_relative_to(site.library.path.resolve()):
         raise UserError(
-            f"the prompts of this run are in {directory}, outside the folder of runs; answer there by file, or start "
-            "such runs from the web app"
+            f"the prompts of this run are in {directory}, outside the folder of runs; write the replies as files "
+            "there, or start such runs from the web app"
         )
     return directory
 
@@ -54,13 +54,15 @@ def answer(waiting: PendingPrompt, reply: str) -> None:
         UserError: It is empty, far too long, or there is one already.
     """
     if not reply.strip() or len(reply) > _MOST_CHARACTERS:
-        raise UserError("the reply is empty; paste the whole reply of the language model, then send it")
+        raise UserError(
+            f"the reply is empty or longer than {_MOST_CHARACTERS:,} characters; paste the whole reply of the model"
+        )
     draft = waiting.reply.with_name(f".{waiting.reply.name}.{os.getpid()}.tmp")
     draft.write_text(reply, encoding="utf-8")
     try:
         os.link(draft, waiting.reply)  # unlike a rename, this never replaces a reply given in another tab
     except FileExistsError:
-        raise UserError("this prompt was answered in the meantime, perhaps in another tab") from None
+        raise UserError("this prompt was already answered, perhaps in another tab") from None
     finally:
         draft.unlink()
 
@@ -86,9 +88,7 @@ def _draw(run: Run, prompts: tuple[_Prompt, ...]) -> None:
         return
     many = f"{len(prompts)} prompts wait" if len(prompts) > 1 else "A prompt waits"
     with box("stack"):
-        notice(
-            f"{many} for a reply. Copy it into a language model of your choice and bring back the whole reply.", "wait"
-        )
+        notice(f"{many} for a reply. Copy it into a language model of your choice and paste the whole reply.", "wait")
         for prompt in prompts:
             _prompt(run, prompt)
 
@@ -103,13 +103,13 @@ def _prompt(run: Run, prompt: _Prompt) -> None:
 
     with box("sheet stack", "section"):
         with box("row apart"):
-            text(f"Prompt {int(prompt.waiting.prompt.name[:4])}, of the {prompt.waiting.role}", tag="h2")
+            text(f"Prompt {int(prompt.waiting.prompt.name[:4])} of the {prompt.waiting.role}", tag="h2")
             button("Copy the prompt", copy, "quiet", "content_copy")
         if prompt.refused:
             with box("stack tight"):
-                text("What it says about your last reply", "label")
+                text("Feedback on your last reply", "label")
                 notice(prompt.refused, "wait")
-        with ui.expansion("Read it").props("dense dense-toggle").classes("full"):
+        with ui.expansion("Show prompt").props("dense dense-toggle").classes("full"):
             long_text(prompt.asked, "prompt")
         field = ui.textarea("The whole reply").props("outlined").bind_value(draft, "text")
         field.props["maxlength"] = _MOST_CHARACTERS

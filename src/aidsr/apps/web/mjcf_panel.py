@@ -36,7 +36,7 @@ def mjcf_panel(run: Run, design: DesignFolder, number: int) -> None:
     names = [one.title for one in documents]
     with box("row"):
         which = ui.toggle(names, value=names[0]).props("dense unelevated")
-        how = ui.toggle(["Whole", "Changes"], value="Whole").props("dense unelevated")
+        how = ui.toggle(["Full", "Changes"], value="Full").props("dense unelevated")
     with box() as place:
         pass
 
@@ -57,12 +57,12 @@ def _draw(run: Run, document: _Text, *, changes: bool) -> None:
             address = file_address(run.name, document.path)
             button("Download", lambda: ui.download(address), "bare", "download")
         if changes and not document.before:
-            text("Nothing came before it.", "soft")
+            text("There is no earlier version.", "soft")
             return
         marks = {fault.line: f"{fault.code}: {fault.message}" for fault in document.faults if fault.line}
         html = difference(document.before, document.now) if changes else highlighted(document.now, marks)
         if not html:
-            text("Nothing changed since the iteration before.", "soft")
+            text("No changes since the previous iteration.", "soft")
             return
         # our own markup around pieces that were escaped one by one
         shown = ui.html(html, sanitize=False).classes("code full")
@@ -72,7 +72,7 @@ def _draw(run: Run, document: _Text, *, changes: bool) -> None:
 def _documents(run: Run, design: DesignFolder, number: int) -> list[_Text]:
     until = design.leading_to(number)
     found = []
-    for title, name in (("Robot", "robot.xml"), ("Scene", "scene.xml"), ("As written", "robot_as_written.xml")):
+    for title, name in (("Robot", "robot.xml"), ("Scene", "scene.xml"), ("Before repairs", "robot_as_written.xml")):
         paths = [it.path / name for it in until if (it.path / name).exists()]
         if title != "Robot":
             paths = [path for path in paths if path.parent.name == f"{number:02d}"] or []
@@ -89,7 +89,7 @@ def _documents(run: Run, design: DesignFolder, number: int) -> list[_Text]:
                 paths[0].relative_to(run.path).as_posix(),
                 BytesFile(paths[0]).read_text() or "",
                 (BytesFile(earlier).read_text() or "") if earlier else "",
-                validated.faults if validated and title != "As written" else (),
+                validated.faults if validated and title != "Before repairs" else (),
             )
         )
     return found

@@ -43,7 +43,7 @@ def difference(before: str, after: str) -> str:
             kind = {"+": "plus", "-": "minus"}.get(line[0], "")
             rows.append(f'<div class="{kind}"><span class="ln">{escape(line[0])}</span>{_coloured(line[1:])}</div>')
         if len(rows) > _MOST_LINES:
-            rows.append('<div class="hunk">… more is left out</div>')
+            rows.append('<div class="hunk">… truncated</div>')
             break
     return "".join(rows)
 

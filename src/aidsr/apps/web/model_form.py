@@ -29,7 +29,7 @@ _KINDS = {
     "builtin": (RULES.title, RULES.doc),
     "language": (
         "A language model",
-        "Of a provider or of a server of your own. Only the one named here is ever paid for.",
+        "From a provider or from your own server. Only the model that you name here can cause costs.",
     ),
     "manual": (MANUAL.title, MANUAL.doc),
 }
@@ -47,7 +47,7 @@ def model_name(site: Site, form: dict[str, Any]) -> str:
         return MANUAL.name_of(str(site.own / "prompts" / secrets.token_hex(4)))
     name = str(form["model"] or "").strip()
     if not name:
-        raise UserError(f'no language model is named; write for example "{OPENAI.example_name}"')
+        raise UserError(f'the name of the language model is missing; enter one, for example "{OPENAI.example_name}"')
     return name
 
 
@@ -69,7 +69,7 @@ def choose_model(site: Site, form: dict[str, Any]) -> None:
             _language_model(site, form)
 
     with box("stack"):
-        text("Who designs", tag="h2")
+        text("Designer", tag="h2")
         shown()
 
 
@@ -77,7 +77,7 @@ def _language_model(site: Site, form: dict[str, Any]) -> None:
     with box("sheet stack"):
         offered = [provider for provider in providers() if provider.connect and not provider.takes_path]
         examples = [provider.example_name for provider in offered]
-        field = ui.input("Model: PROVIDER:MODEL, or MODEL@URL", autocomplete=examples).props("outlined dense")
+        field = ui.input("Model (PROVIDER:MODEL or MODEL@URL)", autocomplete=examples).props("outlined dense")
         cost = ui.label("").classes("small soft")
 
         async def show_cost() -> None:
@@ -102,7 +102,7 @@ def _language_model(site: Site, form: dict[str, Any]) -> None:
                         text(status, f"badge {'' if status == 'no key' else 'yes'}")
                     text(" or ".join(provider.key_variables), "small soft mono", "td")
         text(
-            "Keys are read from the environment in which aidsr web was started, and are never shown or written down.",
+            "API keys are read from the environment variables of the aidsr web process. They are never shown or saved.",
             "small soft",
         )
         ui.timer(0.05, show_cost, once=True)
@@ -139,5 +139,5 @@ def estimated_cost(site: Site, model: str, concepts: int) -> str:
     tokens = format_tokens_in_thousands(used)
     return (
         f"About {used.calls} calls, {tokens} tokens, cost {format_cost(used)}: {found.basis}. "
-        "The real figures may differ several times over."
+        "Actual figures may differ by a factor of several."
     )

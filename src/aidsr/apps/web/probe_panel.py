@@ -67,12 +67,12 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
 
     if state.alive:
         with box("notice", role="status"), box("row apart"):
-            text("Motions are tried; this takes seconds to minutes.")
+            text("Trying open-loop motions. This takes seconds to minutes.")
             button("Stop", as_action(lambda: site.processes.stop(name)), "danger", "stop")
         return
     with box("sheet stack"):
         text("Probe this design", tag="h2")
-        text("Some hundred open-loop motions show in seconds how far the body gets without learning.", "soft", "p")
+        text("Tries some hundred open-loop motions and shows how far the robot gets without learning.", "soft", "p")
         measure_field(run, choices)
         with box("row"):
             again = "Probe again" if state.written else "Start the probe"
@@ -89,19 +89,19 @@ def _report(site: Site, run: Run, design: DesignFolder, stage: Stage) -> None:
     if report is None:
         return
     with box("sheet stack", "article"):
-        text("How far it gets without learning", tag="h2")
+        text("Probe result", tag="h2")
         count = len(report.variations)
         with box("facts"):
             fact("variations solved", f"{report.won} of {count}")
-            fact("by one motion", f"{round(report.same_motion_share * count)} of {count}")
-            fact("best progress, mean", f"{report.progress:.2f}")
+            fact("by the same motion", f"{round(report.same_motion_share * count)} of {count}")
+            fact("mean best progress", f"{report.progress:.2f}")
             fact("motions tried", str(report.motions))
         for line in ends_in_words([one.episode for one in report.variations], report.hold_s):
             text(line, "small", "p")
         text(f"{report.why_ended.capitalize()}.", "", "p")
         if (design.path / "probe.png").exists():
             picture = file_address(run.name, f"designs/{design.number}/probe.png", version=str(_version(design)))
-            image(picture, "moments of the best motion", "wide")
+            image(picture, "snapshots of the best motion", "wide")
         _variations(site, run, design, stage, report)
 
 
@@ -112,8 +112,8 @@ def _version(design: DesignFolder) -> int:
 def _variations(site: Site, run: Run, design: DesignFolder, stage: Stage, report: ProbeReport) -> None:
     with box("scroll", tabindex="0", role="region", aria_label="variations of the probe"), box("list plain", "table"):
         with box(tag="thead"), box(tag="tr"):
-            for title in ("variation", "how the best motion ended", "best", "at the end", "replay"):
-                numbers = dict.fromkeys(("best", "at the end"), "num")
+            for title in ("variation", "result of the best motion", "best progress", "final progress", "replay"):
+                numbers = dict.fromkeys(("best progress", "final progress"), "num")
                 text(title, (numbers | {"replay": "unseen"}).get(title, ""), "th")
         with box(tag="tbody"):
             for index, one in enumerate(report.variations):

@@ -43,7 +43,7 @@ class Stage:
             UserError: The view does not hold it yet.
         """
         if self.view is None or name not in self.view.episodes:
-            raise UserError(f"the view does not hold “{name}” yet; wait a second, or reload the page")
+            raise UserError(f"“{name}” is not loaded in the 3-D view yet; wait a second, or reload the page")
         self.view.replay(name)
 
     def play(self, episode: Episode) -> None:
@@ -53,7 +53,7 @@ class Stage:
             UserError: There is no view.
         """
         if self.view is None:
-            raise UserError("there is no view to play it in; reload the page")
+            raise UserError("there is no 3-D view to play the episode in; reload the page")
         self.view.play(episode)
 
 
@@ -82,7 +82,7 @@ def kept_recording(site: Site, training: Training, variation: int) -> Path:
     """
     policy = training.path / "policy.zip"
     if not policy.exists():
-        raise UserError("the policy of this training is not there, so its episodes cannot be played again")
+        raise UserError("the episodes of this training cannot be replayed: policy.zip not found")
     return _kept(site, policy, variation)
 
 
@@ -107,7 +107,7 @@ def record_probed(site: Site, run: Run, design: DesignFolder, index: int) -> Epi
     file = JsonFile(design.path / "probe.json", ProbeReport)
     report = file.read()
     if report is None or not 0 <= index < len(report.variations):
-        raise UserError("this probe is not there any more; reload the page")
+        raise UserError("this probe no longer exists; reload the page")
     probed, kept = report.variations[index], _kept(site, file.path, index)
     if not kept.exists():
         named = report.task if report.task in task_names() and report.task != run.asked().task else ""

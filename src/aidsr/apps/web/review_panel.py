@@ -50,7 +50,9 @@ def decide(site: Site, run: Run, iteration: IterationFolder, decision: Decision)
         iteration.decision.write(decision)
     except WrittenTwiceError:
         iteration.decision.read()
-        raise UserError("this design was decided in the meantime, perhaps in another tab; reload to see how") from None
+        raise UserError(
+            "a decision on this design was already made, perhaps in another tab; reload the page to see it"
+        ) from None
     if not site.is_at_work(run):
         site.resume(run)
 
@@ -62,9 +64,7 @@ def review_panel(site: Site, run: Run, design: DesignFolder, number: int, names:
 
     def take(decision: Decision) -> None:
         decide(site, run, iteration, decision)
-        ui.notify(
-            {"approve": "Approved.", "refine": "Sent back to the Designer.", "quit": "Given up."}[decision.verdict]
-        )
+        ui.notify({"approve": "Approved.", "refine": "Sent to the Designer.", "quit": "Design quit."}[decision.verdict])
 
     def refine() -> None:
         take(refinement(str(draft.kept["text"] or ""), str(draft.kept["about"] or "")))
@@ -74,35 +74,41 @@ def review_panel(site: Site, run: Run, design: DesignFolder, number: int, names:
         take(Decision(verdict="quit"))
 
     with ui.dialog() as sure, ui.card().classes("stack"):
-        text("Give this design up?", tag="h2")
+        text("Quit this design?", tag="h2")
         text(
-            "No further iteration is made of it, and this cannot be undone. Its files are kept; the other designs of "
-            "the run go on.",
+            "No further iterations are made. This cannot be undone. The files of the design are kept, and the other "
+            "designs of the run continue.",
             "",
             "p",
         )
         with box("row"):
-            button("Give it up", as_action(give_up), "danger", "close")
-            button("Keep it", sure.close)
+            button("Quit design", as_action(give_up), "danger", "close")
+            button("Cancel", sure.close)
     with box("sheet stack review", "section", aria_label="your decision"):
         text("Your decision", tag="h2")
         text(
-            "This design is stable and the Judge passed it. Pull its tendons, look at its motion, then decide.", "soft"
+            "This design is stable and the Judge passed it. Pull its tendons and watch its motion, then decide.", "soft"
         )
         with box("stack"):
-            field = ui.textarea("What should become different?").props("outlined autogrow")
+            field = ui.textarea("What should change?").props("outlined autogrow")
             field.bind_value(draft.kept, "text")
             field.props.update({"maxlength": 4000, "placeholder": "Make the last segment shorter and the tip broader."})
-            about = ui.select(["", *names], label="About (click a part in the view, or choose)", with_input=True)
+            about = ui.select(["", *names], label="Part (click it in the view, or select it here)", with_input=True)
             about.props("outlined dense clearable").bind_value(draft.kept, "about")
             if draft.kept["about"] not in ("", *names):
                 about.set_options(["", str(draft.kept["about"]), *names])
         with box("row"):
             button("Approve", as_action(lambda: take(Decision(verdict="approve"))), "primary", "check")
             button(
-                "Refine", as_action(refine), "quiet", "edit", "Back to the Designer with your words; a new round begins"
+                "Refine", as_action(refine), "quiet", "edit", "Sends your text to the Designer and starts a new round"
             )
-            button("Quit this design", sure.open, "danger", "close", "Give this design up; the others of the run go on")
+            button(
+                "Quit this design",
+                sure.open,
+                "danger",
+                "close",
+                "Ends this design, not the run",
+            )
 
 
 def part_names(mjcf: str) -> list[str]:

@@ -113,7 +113,7 @@ def _thumbnail(path: str, _changed_ns: int) -> bytes:
             picture.thumbnail(_THUMBNAIL_PX)
             picture.convert("RGB").save(buffer, "WEBP", quality=80)
     except (UnidentifiedImageError, OSError, Image.DecompressionBombError):
-        raise HTTPException(404, "that is not a picture") from None
+        raise HTTPException(404, "not a PNG picture") from None
     return buffer.getvalue()
 
 

@@ -78,8 +78,8 @@ def add_run_page(site: Site) -> None:
 
 def not_found(error: AidsrError) -> None:
     """Show that an address leads nowhere, and a way on."""
-    with frame("Not found", ("Runs", "/"), narrow=True), box("sheet empty"):
-        text("There is nothing here", tag="h1")
+    with frame("Page not found", ("Runs", "/"), narrow=True), box("sheet empty"):
+        text("Page not found", tag="h1")
         text(str(error), "soft", "p")
         ui.link("All runs", "/")
 
@@ -111,16 +111,18 @@ def _actions(site: Site, run: Run, state: tuple[Shown, bool]) -> None:
 
     def stop() -> None:
         if not site.processes.stop(run.name):
-            raise UserError("this run was started elsewhere, as in a terminal; end it there with Control-C")
-        ui.notify("Stopping; what is done is kept.")
+            raise UserError("this run was not started in the web app; stop it with Control-C where it was started")
+        ui.notify("Stopping. Finished work is kept.")
 
     with box("row"):
         if shown in ("stopped", "interrupted"):
             button("Resume", as_action(partial(site.resume, run)), "primary", "play_arrow")
         elif shown == "waiting" and not working:
-            button("Resume", as_action(partial(site.resume, run)), "quiet", "play_arrow", "No process runs this run")
+            button(
+                "Resume", as_action(partial(site.resume, run)), "quiet", "play_arrow", "No process is running this run"
+            )
         elif shown != "finished":
-            button("Stop", as_action(stop), "danger", "stop", "Ends as Control-C does; what is done is kept")
+            button("Stop", as_action(stop), "danger", "stop", "Stops the run like Control-C; finished work is kept")
         summary = file_address(run.name, "summary.html")
         button("", lambda: ui.download(summary), "bare", "download", "Download the summary page")
 
@@ -159,7 +161,7 @@ def _notes(site: Site, run: Run, noted: _Noted) -> None:
     if noted.interrupted:
         with box("notice wait stack tight", role="status"):
             text("No process is running this run: it ended, or the folder comes from another machine.")
-            text("“Resume” continues it from its files; no answered call is repeated.", "small soft")
+            text("“Resume” continues it from its files. Answered calls are not repeated.", "small soft")
             if noted.output_tail:
                 long_text(noted.output_tail, "last output", "last")
     if noted.used_up:
@@ -189,7 +191,7 @@ def _larger_budget(site: Site, run: Run) -> None:
         site.resume(run)
 
     with box("notice wait stack", role="status"):
-        text("The budget of this run is used up. Set a larger one, what was spent before included, to resume.")
+        text("The budget of this run is used up. To resume, set a larger one that includes what was spent so far.")
         limit_fields(form)
         with box("row"):
             button("Resume with this budget", as_action(resume), "primary", "play_arrow")
@@ -222,7 +224,7 @@ def _no_concepts(view: RunView) -> None:
             if view.since:
                 clock(view.since)
             slow = "" if view.status.record.config.model == "builtin" else "A language model may take minutes. "
-            text(f"{slow}This page can be closed meanwhile.", "soft", "p")
+            text(f"{slow}You can close this page.", "soft", "p")
         elif view.prompts:
             text("The Designer waits for your reply", tag="h2")
         else:
@@ -255,11 +257,11 @@ def _column(facts: tuple[str, Shown, DesignView]) -> None:
             if design.held_out:
                 won, episodes = design.held_out
                 fact("held-out success", f"{won} of {episodes}")
-                fact("trained", "successful" if design.successful else "valid" if design.valid else "not valid")
+                fact("policy", "successful" if design.successful else "valid" if design.valid else "not valid")
             fact("time", format_duration(status.latency_s))
             usage_facts(status.usage)
             if status.mechanical_repairs:
-                fact("fixed by code", str(status.mechanical_repairs))
+                fact("mechanical repairs", str(status.mechanical_repairs))
 
 
 def _doing(shown: Shown, design: DesignView) -> None:
@@ -279,11 +281,11 @@ def concept_in_words(concept: Concept | None) -> None:
         return
     with box("stack"):
         for title, label in (
-            ("what the task demands", concept.interpretation),
-            ("body", concept.morphology),
+            ("task requirements", concept.interpretation),
+            ("morphology", concept.morphology),
             ("actuation", concept.actuation),
-            ("the part that does the work", concept.functional_part),
-            ("why", concept.rationale),
+            ("functional part", concept.functional_part),
+            ("rationale", concept.rationale),
         ):
             if label:
                 with box("stack tight"):

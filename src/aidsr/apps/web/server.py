@@ -50,8 +50,8 @@ def serve(
     alone = host in {name.strip("[]") for name in LOOPBACK}
     if not alone and len(token) < _SHORTEST_TOKEN:
         raise UserError(
-            f"refusing to bind {host} without --token: any client could execute code; give a --token of at least "
-            f"{_SHORTEST_TOKEN} characters, which the web app then asks for, or leave out --host"
+            f"cannot listen on {host} without a --token of at least {_SHORTEST_TOKEN} characters: any client could "
+            "execute code; give a --token, which the web app then asks for, or omit --host"
         )
     address = f"http://{f'[{host}]' if ':' in host else host}:{port}/"
     with _listening(host, port) as door, suppress(KeyboardInterrupt):
@@ -67,7 +67,8 @@ def serve(
             app.on_startup(lambda: threading.Timer(0.3, webbrowser.open, (address,)).start())
         app.on_startup(
             lambda: (
-                sys.stdout.write(f"AID-SR is at {address} (Control-C ends it; runs continue)\n") and sys.stdout.flush()
+                sys.stdout.write(f"AID-SR is running at {address} (Control-C stops the web app; runs continue)\n")
+                and sys.stdout.flush()
             )
         )
         server.run(sockets=[door])

@@ -68,8 +68,8 @@ def add_setup(site: Site) -> None:
         with frame("New run", site=site):
             with box("stack tight"):
                 text("New run", tag="h1")
-                text("Set the task and the designer. The run continues when this page is closed.", "soft", "p")
-                ui.link("Many runs, to compare models or methods: a study", "/studies/new").classes("small")
+                text("Choose the task and the designer. The run continues if you close this page.", "soft", "p")
+                ui.link("Compare models or methods over many runs: start a study", "/studies/new").classes("small")
             objective = _what(form)
             choose_model(site, form)
             _how_much(form)
@@ -100,10 +100,10 @@ def request_from(site: Site, form: Form) -> RunRequest:
 def _what(form: Form) -> ui.textarea:
     """Ask what is to be done; return the field for it in words."""
     with box("stack"):
-        text("What is to be done", tag="h2")
+        text("Task", tag="h2")
         with ui.tabs().props("dense align=left no-caps") as kinds:
-            ui.tab("task", "A task of the benchmark")
-            ui.tab("words", "In your own words")
+            ui.tab("task", "Benchmark task")
+            ui.tab("words", "Custom task")
         kinds.on_value_change(lambda event: form.update(source=event.value))
         with ui.tab_panels(kinds, value=form["source"], animated=False).classes("full"):
             with ui.tab_panel("task"):
@@ -140,12 +140,12 @@ def _tasks(form: Form) -> None:
 
 def _how_much(form: Form) -> None:
     with box("stack"):
-        text("How much", tag="h2")
+        text("Settings", tag="h2")
         with box("sheet stack"):
             _settings(form, _AT_FIRST_SIGHT)
-            with ui.expansion("More").props("dense dense-toggle").classes("full"), box("stack"):
+            with ui.expansion("More settings").props("dense dense-toggle").classes("full"), box("stack"):
                 _settings(form, [name for name in SETTINGS if name not in _AT_FIRST_SIGHT])
-                text("A robot to start from, if you have one", "label")
+                text("Initial robot (optional)", "label")
                 upload(form, ROBOT)
 
 
@@ -188,7 +188,7 @@ def _start(site: Site, form: Form, objective: ui.textarea) -> None:
 
     def begin() -> None:
         if form["source"] == "words" and not str(form["objective"] or "").strip():
-            objective.error = "Say what the robot should do."
+            objective.error = "Describe what the robot should do."
             objective.run_method("focus")  # which scrolls to it
             return
         working(go, request, opened)
@@ -199,8 +199,8 @@ def _start(site: Site, form: Form, objective: ui.textarea) -> None:
 
     with box("notice row", role="status") as begins:
         said = ui.label().classes("grow")
-        said.bind_text_from(form, "robot_name", lambda name: f"The run starts from a robot of yours: {name}")
-        button("Leave it out", leave_out, "quiet", "close")
+        said.bind_text_from(form, "robot_name", lambda name: f"The run starts from your robot: {name}")
+        button("Remove robot", leave_out, "quiet", "close")
     begins.bind_visibility_from(form, "robot", bool)
     with box("row"):
         go = button("Start the run", begin, "primary", "play_arrow")

@@ -220,7 +220,7 @@ class Site:
         run = self.library.run(name)
         self.refuse_at_work(run)
         for job in (job for each in run.designs for job in self._jobs(run, each.number, trainings_of(each))):
-            raise UserError(f"design {job.number} is at its {job.kind}; stop that first, then delete {name}")
+            raise UserError(f"design {job.number} has a running {job.kind}; stop it first, then delete {name}")
         self.library.trash(name)
 
     def training_name(self, run: Run, number: int) -> str:

@@ -112,7 +112,7 @@ class Studies:
         """
         report = self.folder(key) / "report.html"
         if not report.is_file():
-            raise UserError("the study has no report yet; aidsr report STUDY writes it")
+            raise UserError("the study has no report yet; write it with: aidsr report STUDY")
         return report
 
     def folder(self, key: str) -> Path:
@@ -123,7 +123,7 @@ class Studies:
         """
         found = self._folders().get(key)
         if found is None:
-            raise UserError(f'"{key[:80]}" is not a study here: no folder of that name with a study.toml')
+            raise UserError(f'"{key[:80]}" is not a study: no folder of this name with a study.toml found')
         return found
 
     def view(self, key: str) -> StudyView:
@@ -148,7 +148,7 @@ class Studies:
             for file in sorted(home.glob("*/run.json")):
                 require_plain_tree(home)
                 return Run(file.parent, name)
-        raise UserError(f'"{name[:80]}" is not a run of a study that has begun')
+        raise UserError(f'"{name[:80]}" is not a run of a study that has started')
 
     @staticmethod
     def study_of(name: str) -> str:
@@ -186,7 +186,7 @@ class Studies:
             UserError: It was not started here.
         """
         if not self._processes.stop(self.process(key)):
-            raise UserError("this study was started elsewhere, as in a terminal; end it there with Control-C")
+            raise UserError("this study was not started in the web app; stop it with Control-C where it was started")
         self._read_s = -float("inf")
 
     def is_at_work(self, key: str) -> bool:
@@ -283,13 +283,13 @@ def _asks(plan: StudyPlan) -> str:
 
     return (
         f"{counted(len(plan.tasks), 'task')} at the {plan.level} level, {counted(len(plan.arms), 'arm')}, "
-        f"{counted(plan.runs, 'run')} of each; {format_training(plan.seeds, plan.steps, plan.protocol)}."
+        f"{counted(plan.runs, 'run')} per task and arm; {format_training(plan.seeds, plan.steps, plan.protocol)}."
     )
 
 
 def _left(budget: StudyBudget, limit: Budget) -> Iterator[str]:
     """Yield what is left of each limit; what runs at work have not used counts as left."""
     if limit.cost_usd is not None:
-        yield f"${max(0.0, limit.cost_usd - budget.paid_usd):.2f} left of ${limit.cost_usd:.2f}"
+        yield f"${max(0.0, limit.cost_usd - budget.paid_usd):.2f} of ${limit.cost_usd:.2f} remaining"
     if limit.tokens is not None:
-        yield f"{max(0, limit.tokens - budget.tokens):,} tokens left of {limit.tokens:,}"
+        yield f"{max(0, limit.tokens - budget.tokens):,} of {limit.tokens:,} tokens remaining"

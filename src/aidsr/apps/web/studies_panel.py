@@ -13,12 +13,12 @@ from aidsr.core.formatting import format_cost
 _COLUMNS = (
     "study",
     "state",
-    "runs done",
+    "runs finished",
     "started",
-    "policies judged",
+    "policies evaluated",
     "failed",
-    "jobs left",
-    "core hours left",
+    "jobs remaining",
+    "core hours remaining",
     "cost",
     "report",
 )
@@ -71,4 +71,4 @@ def _cells(view: StudyView) -> None:
 def spending_of(view: StudyView) -> str:
     """Say what a study has cost and is about to cost."""
     paid = format_cost(view.usage)
-    return f"{paid}, about ${view.to_spend_usd:.2f} to come" if view.to_spend_usd else paid
+    return f"{paid}, about ${view.to_spend_usd:.2f} more expected" if view.to_spend_usd else paid

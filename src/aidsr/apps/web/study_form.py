@@ -29,11 +29,11 @@ _METHODS = tuple(name for name in get_args(StudyMethod) if not name.startswith("
 """Those with a person's words need a file of them; see `aidsr benchmark --feedback`."""
 _PROTOCOLS = get_args(Protocol)
 _NUMBERS = {
-    "designs": ("Designs a task and arm", 1, 1),
-    "concepts": ("Concepts of a run", 1, 1),
-    "seeds": ("Policies a design", 0, 1),
-    "steps": ("Control steps a policy", 1, 10_000),
-    "jobs": ("Jobs at a time", 1, 1),
+    "designs": ("Designs per task and arm", 1, 1),
+    "concepts": ("Concepts per run", 1, 1),
+    "seeds": ("Policies per design", 0, 1),
+    "steps": ("Control steps per policy", 1, 10_000),
+    "jobs": ("Parallel jobs", 1, 1),
 }
 """Title, least value and step of each number."""
 
@@ -78,7 +78,7 @@ def add_study_form(site: Site) -> None:
         with frame("New study", ("Runs", "/"), ("Activity", "/work"), site=site):
             with box("stack tight"):
                 text("New study", tag="h1")
-                text("Many runs, compared. A study continues when this page is closed.", "soft", "p")
+                text("A study compares many runs. It continues if you close this page.", "soft", "p")
             _what(form)
             _how(form)
             _start(site, form)
@@ -92,16 +92,16 @@ def asked(site: Site, form: Form) -> _Asked:
     """
     name = str(form["name"] or "").strip()
     if not name:
-        raise UserError("the study has no name; it becomes the name of a folder beside the runs")
+        raise UserError("the study has no name; enter one, which becomes the name of a folder in the folder of runs")
     if not is_name(name):
-        raise UserError(f'"{name[:80]}" cannot be the name of a folder; use letters, digits, spaces, -, _ and .')
+        raise UserError(f'"{name[:80]}" cannot be used as a folder name; use letters, digits, spaces, -, _ and .')
     path = site.library.path / name
     if path.exists():
-        raise UserError(f"{name} is there already; choose another name")
+        raise UserError(f"{name} already exists; choose another name")
     numbers = {key: _whole(form[key], title, least) for key, (title, least, _) in _NUMBERS.items()}
     empty = [title for key, title in (("tasks", "task"), ("models", "model"), ("methods", "method")) if not form[key]]
     if empty:
-        raise UserError(f"no {empty[0]} is chosen")
+        raise UserError(f"no {empty[0]} is selected; select at least one")
     plan = make_plan(
         [_ALL] if _ALL in form["tasks"] else form["tasks"],
         form["models"],
@@ -129,17 +129,17 @@ def _whole(value: Any, title: str, least: int) -> int:
 
 def _what(form: Form) -> None:
     with box("sheet stack"):
-        ui.input("Name of the study").props("outlined dense").bind_value(form, "name")
+        ui.input("Study name").props("outlined dense").bind_value(form, "name")
         tasks = {_ALL: "all tasks", **{name: name.rpartition("/")[2].replace("_", " ") for name in task_names()}}
         _several("Tasks", tasks, form, "tasks")
         ui.toggle(["standard", "hard"]).props("dense unelevated no-caps").bind_value(form, "level")
         offered = [provider.example_name for provider in providers() if provider.connect and not provider.takes_path]
         known = dict.fromkeys([BUILTIN, *form["models"], *offered])
-        models = ui.select(list(known), label="Models: builtin, PROVIDER:MODEL, or MODEL@URL", multiple=True)
+        models = ui.select(list(known), label="Models (builtin, PROVIDER:MODEL or MODEL@URL)", multiple=True)
         models.props("outlined dense use-chips use-input new-value-mode=add-unique").bind_value(form, "models")
         _several("Methods", {name: name.replace("_", " ") for name in _METHODS}, form, "methods")
         _several("Baselines", {name: name for name in get_args(Baseline)}, form, "baselines")
-        text("Each model with each method is an arm; so is each baseline.", "small soft")
+        text("Each combination of model and method is an arm. Each baseline is also an arm.", "small soft")
 
 
 def _several(title: str, options: dict[str, str], form: Form, key: str) -> None:
@@ -153,16 +153,16 @@ def _how(form: Form) -> None:
             for key, (title, least, step) in _NUMBERS.items():
                 field = ui.number(title, min=least, step=step, precision=0, format="%d").props("outlined dense")
                 field.bind_value(form, key)
-            for key, title in (("cost_usd", "At most, in dollars"), ("tokens", "At most, in tokens")):
+            for key, title in (("cost_usd", "Maximum cost [USD]"), ("tokens", "Maximum tokens")):
                 field = ui.number(title, min=0, step=1).props("outlined dense clearable")
                 field.bind_value(form, key).props["placeholder"] = "no limit"
-        text("Each job takes one core. The limits hold for the whole study.", "small soft")
+        text("Each job uses one core. The limits apply to the whole study.", "small soft")
         with box("row"):
-            text("Policies are trained by the protocol", "small")
+            text("Training protocol", "small")
             protocol = ui.toggle(list(_PROTOCOLS)).props('dense unelevated no-caps role=group aria-label="protocol"')
             protocol.bind_value(form, "protocol")
-            text('The method "from probe" needs "paper".', "small soft")
-        ui.switch("Also probe each approved design without learning").bind_value(form, "probe")
+            text('The method "from probe" requires "paper".', "small soft")
+        ui.switch("Also probe each approved design (without learning)").bind_value(form, "probe")
 
 
 def _start(site: Site, form: Form) -> None:
@@ -208,4 +208,4 @@ def _forecast(found: StudyEstimate, jobs: int) -> None:
         fact("cost", f"about ${found.cost_usd:.2f}" if found.cost_usd else "$0")
         fact("disk", f"about {found.disk_mb:.0f} MB")
     if found.published_costs:
-        text("No design of this study is measured yet: its cost is the published figure for GPT-5.", "small soft")
+        text("No design of this study has been measured yet. The cost is the published figure for GPT-5.", "small soft")

@@ -56,7 +56,7 @@ def _actions(site: Site, key: str, state: tuple[bool, int, bool]) -> None:
         if working:
             badge("running")
             stop = as_action(partial(site.studies.stop, key))
-            button("Stop", stop, "danger", "stop", "Ends as Control-C does; what is done is kept")
+            button("Stop", stop, "danger", "stop", "Stops the study like Control-C; finished work is kept")
         elif left:
             button("Resume", as_action(partial(site.studies.resume, key, JOBS)), "primary", "play_arrow")
         if report:
@@ -71,7 +71,7 @@ def _output(site: Site, key: str) -> str:
 
 def _notes(output: str) -> None:
     if output:
-        with ui.expansion("Last output of the process of this study").props("dense").classes("full"):
+        with ui.expansion("Last output of the study process").props("dense").classes("full"):
             text(output, "mono small pre")
 
 
@@ -80,12 +80,12 @@ def _facts(view: StudyView) -> None:
         notice(view.complaint, "bad")
         return
     with box("facts"):
-        fact("runs done", f"{view.runs_done} of {view.runs}")
-        fact("policies judged", str(view.policies))
-        fact("jobs left", str(view.jobs_left))
+        fact("runs finished", f"{view.runs_done} of {view.runs}")
+        fact("policies evaluated", str(view.policies))
+        fact("jobs remaining", str(view.jobs_left))
         if view.jobs_left:
-            fact("core hours left", f"{view.core_hours_left:.1f}")
-        fact("jobs given up", str(view.failed))
+            fact("core hours remaining", f"{view.core_hours_left:.1f}")
+        fact("jobs failed", str(view.failed))
         fact("cost", spending_of(view))
         for left in view.left:
             fact("limit", left)
@@ -114,7 +114,7 @@ def _cell(runs: list[RunOfStudy]) -> None:
                 link = ui.link(str(one.number), f"/run/{one.name}").classes(f"badge {one.state}")
                 link.props["aria-label"] = f"run {one.number}, {one.state}"
             else:
-                text(str(one.number), "badge").props["title"] = "not begun"
+                text(str(one.number), "badge").props["title"] = "not started"
     begun = [one for one in runs if one.name]
     if not begun:
         return
@@ -125,7 +125,7 @@ def _cell(runs: list[RunOfStudy]) -> None:
     text(said, "small soft")
     reached = [one.progress for one in begun if one.progress is not None]
     if reached:
-        text(f"probe reaches {max(reached):.2f}", "small soft")
+        text(f"best probe progress {max(reached):.2f}", "small soft")
 
 
 def _failures(failures: tuple[str, ...]) -> None:

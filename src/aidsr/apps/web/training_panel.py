@@ -28,9 +28,9 @@ from aidsr.tasks import task_names
 Play = Callable[[int, ui.button], None]
 """Plays a held-out variation; the button that was pressed shows that it takes seconds."""
 _DOING = {
-    "learning": "A policy is learning.",
-    "evaluating": "The policy is being judged.",
-    "judged": "Its films are being drawn, or it is being judged again.",
+    "learning": "Training a policy.",
+    "evaluating": "Evaluating the policy.",
+    "judged": "Rendering videos, or repeating the evaluation.",
 }
 _DEFAULTS: dict[str, Any] = {"steps": 300_000, "seeds": 1, "task": "", "films": True}
 """As `aidsr train` has it."""
@@ -44,7 +44,7 @@ class _Learning:
     seed: int
     curve: tuple[CurveRow, ...]
     state: str
-    """Of a training without a verdict: running, evaluating, stopped, or not judged."""
+    """Of a training without a verdict: running, evaluating, stopped, or not evaluated."""
     verdict: Evaluation | None
     is_hopeless: bool
     """Whether it is learning, and will hardly succeed any more."""
@@ -111,7 +111,7 @@ def _learning(site: Site, run: Run, design: DesignFolder, training: Training) ->
     if training.stage == "learning":
         state = "running" if working else "stopped"
     else:
-        state = "evaluating" if working else "not judged"
+        state = "evaluating" if working else "not evaluated"
     steps, curve = int(config.get("steps", 0)), read_curve(training)
     recipe, has_won = config.get("recipe"), any(row.success_share for row in curve)
     algorithm = str(recipe.get("algorithm")) if isinstance(recipe, dict) else ""
@@ -147,10 +147,10 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
                 text(state.doing)
                 if state.stoppable:
                     act = as_action(lambda: site.processes.stop(name))
-                    button("Stop", act, "danger", "stop", "What was learned is kept")
+                    button("Stop", act, "danger", "stop", "The training progress is kept")
                 else:
                     text(
-                        "Another process does this (a study, or a terminal); stop it where it was started.",
+                        "Started by another process (a study or a terminal); stop it there.",
                         "small soft",
                     )
         else:
@@ -184,18 +184,17 @@ def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
     with box("sheet stack"):
         text("Train this design", tag="h2")
         text(
-            "Reinforcement learning finds out whether the body can do its job; the policy is then judged on variations "
-            "of the task that it has never seen.",
+            "Trains a policy with reinforcement learning, then evaluates it on held-out variations of the task.",
             "soft",
             "p",
         )
         with box("form"):
-            steps = ui.number("Steps, at most", min=1, max=100_000_000, step=1000, precision=0, format="%d")
+            steps = ui.number("Maximum steps", min=1, max=100_000_000, step=1000, precision=0, format="%d")
             steps.props("outlined dense").bind_value(choices, "steps")
-            seeds = ui.number("Policies, one after the other", min=1, max=100, precision=0, format="%d")
+            seeds = ui.number("Policies (trained in sequence)", min=1, max=100, precision=0, format="%d")
             seeds.props("outlined dense").bind_value(choices, "seeds")
             measure_field(run, choices)
-        ui.switch("Film the best and the median held-out episode").bind_value(choices, "films")
+        ui.switch("Record videos of the best and the median held-out episode").bind_value(choices, "films")
         with box("row"):
             button("Start training", as_action(start), "primary", "play_arrow")
 
@@ -215,17 +214,17 @@ def _draw_learning(training: Training, shown: _Learning) -> None:
                 won = sum(episode.ended == "succeeded" for episode in shown.verdict.episodes)
                 fact("held-out success", f"{won} of {len(shown.verdict.episodes)}")
             fact("steps", _steps_in_words(last.steps if last else 0, shown.steps))
-            fact("success while learning", "–" if success is None else f"{success:.0%}")
+            fact("training success", "–" if success is None else f"{success:.0%}")
             fact("progress", "–" if progress is None else f"{progress:.2f}")
             fact("speed", f"{last.steps_per_s:.0f} steps/s" if last else "–")
-            fact("learned for", format_duration(last.wall_s) if last else "–")
+            fact("training time", format_duration(last.wall_s) if last else "–")
             if shown.state == "running" and last:
                 fact("time", format_time_left(shown.steps - last.steps, last.steps_per_s))
             fact("seed", str(shown.seed))
             if shown.begins_with_script:
-                fact("begins with", "a script")
+                fact("starts from", "a motion script")
         if shown.is_hopeless:
-            text("No episode has succeeded so far. Few such trainings come to anything: look at the body.", "wait")
+            text("No episode has succeeded so far. Such trainings rarely succeed later; check the robot.", "wait")
         ui.html(curve_svg(shown.curve, shown.steps), sanitize=False).classes("full")
         with box("row small"):
             text("━ success", "accent")
@@ -234,7 +233,7 @@ def _draw_learning(training: Training, shown: _Learning) -> None:
 
 def _steps_in_words(done: int, asked: int) -> str:
     """Return how many steps were made of those asked for; the last round is finished, so there may be more."""
-    return f"{done:,} of {asked:,}" if done <= asked else f"{done:,} (asked for: {asked:,})"
+    return f"{done:,} of {asked:,}" if done <= asked else f"{done:,} (requested: {asked:,})"
 
 
 def _draw_judged(site: Site, training: Training, stage: Stage, shown: _Judged) -> None:
@@ -245,7 +244,7 @@ def _draw_judged(site: Site, training: Training, stage: Stage, shown: _Judged) -
     with box("stack"):
         _verdict(shown.verdict, play)
         if shown.resumed:
-            text("It resumed while it learned: this is not the policy of an undisturbed training.", "wait")
+            text("This training was interrupted and resumed: an uninterrupted one would give another policy.", "wait")
         _films(shown.films)
         _motions(training, shown.motions, stage, play)
 
@@ -265,22 +264,22 @@ def _play(site: Site, training: Training, stage: Stage, variation: int, pressed:
 def _verdict(verdict: Evaluation, play: Play | None) -> None:
     episodes = verdict.episodes
     with box("facts"):
-        fact("best progress, mean", f"{sum(one.best_progress for one in episodes) / len(episodes):.2f}")
+        fact("mean best progress", f"{sum(one.best_progress for one in episodes) / len(episodes):.2f}")
         fact("valid", "yes" if verdict.valid else "no")
         fact("successful", "yes" if verdict.successful else "no")
     for line in [*ends_in_words(episodes, verdict.hold_s), *mean_action_in_words(verdict)]:
         text(line, "small", "p")
-    text("Can it be believed?", "label")
+    text("Plausibility checks", "label")
     with box("stack"):
         for check in verdict.checks:
             with box("check"):
                 held = "" if check.measured is None and check.passed else "yes" if check.passed else "no"
-                text({"": "not measured", "yes": "holds", "no": "fails"}[held], f"badge {held}")
+                text({"": "not measured", "yes": "passed", "no": "failed"}[held], f"badge {held}")
                 with box("stack tight grow"):
                     text(check.message, "small", "p")
                     text(f"{check.name.replace('_', ' ')}: {format_check(check)}", "small soft numbers")
     if verdict.perturbed:
-        text("Where the scene differs from its model", "label")
+        text("Perturbed scenes", "label")
         _perturbed(verdict.perturbed)
     with ui.expansion(f"All {len(episodes)} held-out episodes").props("dense dense-toggle").classes("full"):
         _episodes(episodes, play)
@@ -289,8 +288,8 @@ def _verdict(verdict: Evaluation, play: Play | None) -> None:
 def _episodes(episodes: tuple[EpisodeResult, ...], play: Play | None) -> None:
     with box("scroll", tabindex="0", role="region", aria_label="held-out episodes"), box("list plain", "table"):
         with box(tag="thead"), box(tag="tr"):
-            for title in ("variation", "ended", "progress", "best", "reward", "time"):
-                text(title, "" if title in ("variation", "ended") else "num", "th")
+            for title in ("variation", "result", "final progress", "best progress", "reward", "time"):
+                text(title, "" if title in ("variation", "result") else "num", "th")
             if play is not None:
                 text("replay", "unseen", "th")
         with box(tag="tbody"):
@@ -313,7 +312,7 @@ def _replay_button(title: str, variation: int, play: Play, hint: str = "") -> No
 def _perturbed(perturbed: tuple[PerturbedEpisodes, ...]) -> None:
     with box("scroll", tabindex="0", role="region", aria_label="perturbed episodes"), box("list plain", "table"):
         with box(tag="thead"), box(tag="tr"):
-            for title in ("perturbation", "success", "95 % interval", "kept"):
+            for title in ("perturbation", "successes", "95 % interval", "successes kept"):
                 text(title, "" if title == "perturbation" else "num", "th")
         with box(tag="tbody"):
             for one in perturbed:
@@ -328,12 +327,12 @@ def _perturbed(perturbed: tuple[PerturbedEpisodes, ...]) -> None:
 
 def _films(addresses: tuple[str, ...]) -> None:
     if not addresses:
-        text("There is no film; films need OpenGL on the machine that trains.", "small soft")
+        text("There is no video: rendering requires OpenGL on the machine that trains.", "small soft")
         return
     with box("columns"):
         for address in addresses:
             with box("stack tight", "figure"):
-                name = f"film of the {PurePosixPath(address).stem} held-out episode"
+                name = f"video of the {PurePosixPath(address).stem} held-out episode"
                 film = {"src": address, "controls": "", "muted": "", "autoplay": "", "preload": "auto"}
                 with box("film", "video", aria_label=name, **film):
                     pass
@@ -370,12 +369,12 @@ def _inspection(training: Training, read: tuple[bool, Inspection | None]) -> Non
         training.inspect(Inspection(plausible=plausible, text=str(words["text"] or "").strip()))
 
     with box("stack tight"):
-        text("Your judgement: does it move as a continuum robot could?", "label")
+        text("Your inspection: is the motion plausible for a continuum robot?", "label")
         if inspected:
             verdict = "confirmed" if inspected.plausible else "rejected"
-            notice(f"You {verdict} it. {inspected.text}".strip(), "good" if inspected.plausible else "bad")
+            notice(f"You {verdict} the motion. {inspected.text}".strip(), "good" if inspected.plausible else "bad")
         with box("row"):
-            field = ui.input("Why (if you like)").props("outlined dense").classes("grow").bind_value(words, "text")
+            field = ui.input("Reason (optional)").props("outlined dense").classes("grow").bind_value(words, "text")
             field.props["maxlength"] = 1000
             button("Plausible", as_action(lambda: inspect(plausible=True)), "quiet", "check")
             button("Not plausible", as_action(lambda: inspect(plausible=False)), "quiet", "close")
@@ -383,14 +382,14 @@ def _inspection(training: Training, read: tuple[bool, Inspection | None]) -> Non
 
 def _whole(value: object, what: str) -> int:
     if not isinstance(value, int | float) or value < 1:
-        raise UserError(f"{what} must be a whole number, at least 1")
+        raise UserError(f"{what} must be a whole number of at least 1")
     return int(value)
 
 
 def measure_field(run: Run, choices: dict[str, Any]) -> None:
     """Ask for the task that measures success, where the run has neither a task nor a goal."""
     if not _is_measured(run):
-        task = ui.select(list(task_names()), label="Task to measure it by").props("outlined dense")
+        task = ui.select(list(task_names()), label="Task that measures success").props("outlined dense")
         task.bind_value(choices, "task")
 
 
@@ -403,7 +402,7 @@ def measure_arguments(run: Run, choices: dict[str, Any]) -> list[str]:
     if _is_measured(run):
         return []
     if not choices["task"]:
-        raise UserError("an objective in words has no measure of success; choose a task to measure it by")
+        raise UserError("this objective has no goal to measure success; select a task that measures it")
     return ["--task", str(choices["task"])]
 
 

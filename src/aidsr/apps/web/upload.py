@@ -60,7 +60,7 @@ def upload(form: Form, wanted: FileField) -> None:
             content = (await event.file.read()).decode("utf-8-sig")
             facts = await run.io_bound(wanted.look, content, dict(form))
         except UnicodeDecodeError:
-            show_error(UserError(f"{event.file.name} is no text; give a file saved as UTF-8"))
+            show_error(UserError(f"{event.file.name} is not a text file; choose a file saved as UTF-8"))
         except AidsrError as error:
             show_error(UserError(f"{event.file.name} cannot be used: {_told(error)}"))
         else:
@@ -100,7 +100,7 @@ def _environment(content: str, _form: Form) -> Facts:
     from aidsr.sim.environment_summary import summarize_environment
 
     summary = summarize_environment(content)
-    mounts = ", ".join(mount.name for mount in summary.mounts) or "none, only the world"
+    mounts = ", ".join(mount.name for mount in summary.mounts) or "none (world only)"
     return (("mounts", mounts), ("bodies", str(len(summary.bodies))), ("sensors", str(len(summary.sensors))))
 
 
@@ -120,7 +120,7 @@ def _goal(content: str, form: Form) -> Facts:
     return (
         ("success", goal.kind),
         ("target", ", ".join(goal.places) or "the robot"),
-        ("held for", f"{goal.hold_s:g} s"),
+        ("hold time", f"{goal.hold_s:g} s"),
         ("time limit", f"{goal.time_limit_s:g} s"),
     )
 

@@ -34,15 +34,16 @@ def welcome(site: Site) -> None:
         with box("stack"):
             text("No runs yet", tag="h2")
             text(
-                "Say what a robot should do and where. A team of four roles designs tendon-driven continuum robots for "
-                "it; every robot is driven in simulation, what is physically wrong is measured and repaired, and you "
-                "decide what is worth training. Everything is kept in one folder for each run.",
+                "Describe a task and its environment. A team of four roles designs tendon-driven continuum robots for "
+                "it. Each robot is simulated, its physical faults are measured and repaired, and you decide which "
+                "designs to train. All files of a run are kept in one folder.",
                 "soft",
                 "p",
             )
             text(
-                "Try one of these; the built-in rules need no key and cost nothing. The first two take seconds, the "
-                "bell about half a minute; a goal of your own may take some minutes, since each body is tried on it.",
+                "Try one of these examples. The built-in rules need no API key and cost nothing. The first two take "
+                "seconds, the bell about half a minute. A goal of your own may take a few minutes, because each robot "
+                "is tried on it.",
                 "",
                 "p",
             )
@@ -50,12 +51,12 @@ def welcome(site: Site) -> None:
                 offer("Three robots that push a button", DEMO)
                 offer("Three robots that pass a tunnel", _TUNNEL)
                 bell = partial(ui.navigate.to, "/new?template=bell")
-                button("Ring a bell, as a task of your own", bell, "quiet", "edit")
+                button("Ring a bell (custom task)", bell, "quiet", "edit")
             with box("row"):
                 button("Set up a run", lambda: ui.navigate.to("/new"), "primary", "add")
         with box("stack tight", "figure"):
             episode = Episode.read(_EPISODE, "a tentacle pushes a button")
             with box("view"):
                 SceneView(episode.mjcf, title="a tentacle that pushes a button", episodes=[episode], controls=False)
-            said = "A tentacle by the built-in rules pushes a button with a policy that it learned; ten times slower."
+            said = "A tentacle designed by the built-in rules pushes a button with a learned policy (0.1× real time)."
             text(said, "small soft", "figcaption")

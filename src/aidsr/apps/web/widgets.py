@@ -156,13 +156,13 @@ def strip(attempts: Iterable[Attempt], open_at: Callable[[int], str], *, at_work
         for attempt in attempts:
             if attempt.round != before:
                 before = attempt.round
-                text(f"round {attempt.round}, you asked: {attempt.asked}", "round")
+                text(f"round {attempt.round}, your request: {attempt.asked}", "round")
             with box("attempt", style=f"--stages: {len(attempt.stages)}"):
                 ui.link(str(attempt.number), open_at(attempt.number)).classes("n").props["aria-label"] = (
                     f"iteration {attempt.number}"
                 )
                 for stage in attempt.stages:
                     left = stage.mark == "doing" and not at_work
-                    said, mark = ("left off", "done") if left else (stage.text, stage.mark)
+                    said, mark = ("stopped", "done") if left else (stage.text, stage.mark)
                     shown = text(said or _SHORT.get(stage.name, stage.name), f"stage {mark}")
                     shown.props["title"] = f"{stage.name}: {said or 'not yet'}"

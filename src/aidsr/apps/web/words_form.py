@@ -44,7 +44,7 @@ def words_form(form: Form) -> ui.textarea:
             {"placeholder": "Turn the knob at the end of the shaft by a quarter.", "maxlength": 4000}
         )
         text(
-            "The environment is MJCF without a robot. A robot may be attached at a site named mount or mount_…",
+            "The environment is MJCF without a robot. A robot can be attached at sites named mount or mount_…",
             "small soft",
         )
         upload(form, ENVIRONMENT)

@@ -82,7 +82,7 @@ class Work:
                 title = f"{view.title}, design {design.status.number}: {design.status.concept}"
                 yield Task("decision", title, f"{home}/{design.status.number}", "waits for your decision", design.since)
         if view.prompts:
-            count = "a question waits" if view.prompts == 1 else f"{view.prompts} questions wait"
+            count = "a prompt waits" if view.prompts == 1 else f"{view.prompts} prompts wait"
             yield Task("reply", view.title, home, f"{count} for a reply", view.since, process=name)
         elif view.shown == "running":
             since = view.status.record.started
@@ -95,7 +95,7 @@ class Work:
             if view.at_work:
                 process = self._site.studies.process(view.key)
                 began = datetime.fromtimestamp(self._site.processes.started_s(process), UTC)
-                doing = f"{view.runs_done} of {view.runs} runs done, {view.jobs_left} jobs left"
+                doing = f"{view.runs_done} of {view.runs} runs finished, {view.jobs_left} jobs remaining"
                 since = began.isoformat(timespec="seconds")
                 left_s = 3600 * view.core_hours_left / self._site.studies.jobs(view.key)
                 done, address = view.runs_done / view.runs, f"/study/{view.key}"
@@ -113,18 +113,18 @@ class Work:
         since = datetime.fromtimestamp(began_s, UTC).isoformat(timespec="seconds")
         if job.kind == "export":
             return Task(
-                "export", title, f"/run/{name}/{job.number}/export", "parts are made", since, process=job.process
+                "export", title, f"/run/{name}/{job.number}/export", "creating parts", since, process=job.process
             )
         address = f"/run/{name}/{job.number}?tab={job.kind}"
         if job.kind == "probe":
-            return Task("probe", title, address, "motions are tried", since, process=job.process)
+            return Task("probe", title, address, "trying motions", since, process=job.process)
         learning = [one for one in at_work or trainings if one.stage == "learning"]
         curve = read_curve(learning[-1]) if learning else ()
         steps = int((learning[-1].config.read() or {}).get("steps", 0)) if learning else 0
         if not curve or not steps:
             again = bool(at_work) and at_work[-1].stage == "judged"
-            judging = "its films are drawn, or it is judged again" if again else "the policy is judged"
-            doing = "learning begins" if learning else judging
+            judging = "rendering videos, or repeating the evaluation" if again else "evaluating the policy"
+            doing = "starting to learn" if learning else judging
             return Task("training", title, address, doing, since, process=job.process)
         done, speed = min(curve[-1].steps, steps), curve[-1].steps_per_s
         doing = f"{done:,} of {steps:,} steps"
@@ -144,4 +144,4 @@ def _doing(view: RunView) -> str:
         return DOING["concepts"]
     finished = sum(design.status.outcome is not None for design in view.designs)
     steps = sorted({DOING[design.status.doing] for design in view.designs if design.status.doing})
-    return f"{finished} of {len(view.designs)} designs done" + (f"; {', '.join(steps)}" if steps else "")
+    return f"{finished} of {len(view.designs)} designs finished" + (f"; {', '.join(steps)}" if steps else "")

@@ -15,7 +15,7 @@ from aidsr.apps.web.work import Task
 from aidsr.core.errors import AidsrError, UserError
 from aidsr.core.formatting import format_duration
 
-_COLUMNS = ("what", "state", "done", "time left", "since", "stop")
+_COLUMNS = ("activity", "state", "progress", "time left", "since", "stop")
 
 
 def add_work_page(site: Site) -> None:
@@ -28,12 +28,12 @@ def add_work_page(site: Site) -> None:
                 text("Activity", tag="h1")
                 tell = button("Desktop notifications", lambda: None, "quiet", "notifications")
                 tell.on("click", js_handler="() => window.askToNotify()")
-                tell.tooltip("When a design or a question waits for you, while a page of AID-SR is open")
+                tell.tooltip("Notifies you when a design or a prompt waits for you, while a page of AID-SR is open")
             _table(site)
             studies_panel(site)
             with box("row"):
                 ui.link("New study", "/studies/new").classes("strong")
-                text("compares ways of designing over many runs", "small soft")
+                text("compares models and methods over many runs", "small soft")
 
 
 def _table(site: Site) -> None:
@@ -64,7 +64,7 @@ def _table(site: Site) -> None:
 def _row(site: Site, task: Task) -> None:
     def stop() -> None:
         if not site.processes.stop(task.process):
-            raise UserError("this was started elsewhere, as in a terminal; end it there with Control-C")
+            raise UserError("this process was not started in the web app; stop it with Control-C where it was started")
 
     with box("what", "td"):
         ui.link(task.title, task.address)

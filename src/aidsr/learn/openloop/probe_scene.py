@@ -103,8 +103,8 @@ def probe_scene(
     max_steps = usual_steps if max_steps is None else max_steps
     if candidates < GENERATION or variations < 1 or max_steps < 1:
         raise UserError(
-            f"probe too small: {candidates} candidates, {variations} variations, {max_steps} physics steps; use at "
-            f"least {GENERATION}, 1 and 1"
+            f"the probe is too small: {candidates} candidates, {variations} variations, {max_steps} physics steps; use "
+            f"at least {GENERATION}, 1 and 1"
         )
     began = time.monotonic()
     player = _Player(scene, longest_s, threads)

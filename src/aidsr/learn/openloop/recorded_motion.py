@@ -44,7 +44,7 @@ def run_record_motion(
     groupings = (TaskScene.of(scene, task, level=level, groups=groups, grouping=each) for each in ("auto", "off"))
     placed = next((each for each in groupings if [group.name for group in each.actions.groups] == names), None)
     if placed is None:
-        raise UserError("the motions of this probe are of another robot; probe the design again")
+        raise UserError("the motions of this probe belong to another robot; probe the design again")
     varied = placed.task.variation("development", probed.episode.variation)
     episodes = Episodes(placed.model, placed.task, placed.actions, [varied], threads=1, record=STATE)
     policy = OpenLoopPolicy(Motions.of([probed.motion]), placed.task.control_dt_s)

@@ -82,13 +82,13 @@ class ProbeReport(Artifact):
         """What ended the search, in words."""
         match self.ended_by:
             case "solved" if self.success_share < 1:
-                return f"each variation was solved in the search; rounded as reported, motions win {self.won} of them"
+                return f"each variation was solved in the search; rounded as reported, motions solve {self.won}"
             case "solved":
                 return "every variation is solved"
             case "candidates":
                 return f"all {self.motions} motions for each variation were tried"
             case "budget":
-                return f"its {self.max_steps:,} physics steps are used up, more may come farther"
+                return f"its {self.max_steps:,} physics steps are used up; a larger --max-steps may get farther"
 
     @property
     def best(self) -> ProbedVariation:

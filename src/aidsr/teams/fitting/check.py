@@ -90,23 +90,24 @@ class GoalCheck(Artifact):
     def lines(self) -> tuple[str, ...]:
         """All of it in words, what is wrong last."""
         said = [f"{title}: {words}" for title, words in self.judging.items()]
-        said += [f"Mount: {mount}" for mount in self.mounts] or ['Mount: none; a robot stands at the origin, "world"']
+        said += [f"Mount: {mount}" for mount in self.mounts] or ['Mount: none; robots start at the origin, "world"']
         said += [f"Without a robot: {remark}" for remark in self.alone] or [
             f"Without a robot: no target overlaps anything or moves in {SETTLE_S:g} s, and no joint that is to move is "
             "stopped on its way."
         ]
         if blind := self.blind:
             said.append(
-                f"Doing nothing: wins {blind.idle} of {blind.episodes} episodes, progress at most "
+                f"No actions: {blind.idle} of {blind.episodes} episodes succeed, best progress "
                 f"{blind.idle_progress:.2f}"
             )
             said.append(
-                f"Doing anything: wins {blind.noise} of {blind.episodes}, progress at most {blind.noise_progress:.2f}"
-                + (", close to what is asked: ask for more, or for longer" if blind.noise_progress >= _CLOSE else "")
+                f"Random actions: {blind.noise} of {blind.episodes} episodes succeed, best progress "
+                f"{blind.noise_progress:.2f}"
+                + (", close to the goal: make it harder, or require a longer hold" * (blind.noise_progress >= _CLOSE))
             )
         if self.probe:
             said.append(
-                f"A built-in body: {self.reference} comes to progress {self.probe.progress:.2f} with open-loop "
+                f"A built-in robot: {self.reference} reaches progress {self.probe.progress:.2f} with open-loop "
                 f"motions: {self.probe.reached}"
             )
         return (*said, *self.problems)
@@ -117,16 +118,17 @@ class GoalCheck(Artifact):
         found = []
         if not self.reference:
             found.append(
-                "No built-in body could be placed: each overlaps something at the start; make room at the mount."
+                "No built-in robot could be placed: each overlaps something at the start; make room at the mount."
             )
-        found += [f"{drift}: hold it, or the robot is credited with it." for drift in self.drifts]
+        found += [f"{drift}: fix it in place, or this motion is credited to the robot." for drift in self.drifts]
         if self.blind and self.blind.idle:
             found.append(
-                f"A body that does nothing wins {self.blind.idle} of {self.blind.episodes} episodes: ask for more."
+                f"A robot at rest wins {self.blind.idle} of {self.blind.episodes} episodes: make the goal harder."
             )
         if self.blind and self.blind.noise:
             found.append(
-                f"Random actions win {self.blind.noise} of {self.blind.episodes} episodes: ask for more, or for longer."
+                f"Random actions win {self.blind.noise} of {self.blind.episodes} episodes: make the goal harder, or "
+                "require a longer hold."
             )
         return tuple(found)
 
@@ -163,7 +165,7 @@ def check_task(task: GoalTask, *, seed: int = 0, listen: Callable[[str], None] =
     )
     mounts = tuple(_mounts(brief, task))
     alone, drifts = remarks(task.alone), _drifts(task)
-    listen("choosing a reference body")
+    listen("choosing a reference robot")
     tried = FittingDesigner(asked, seed, listen=lambda body: listen(tried_text(body))).tried(brief, ROUNDS)
     if not tried:
         return GoalCheck(
@@ -182,7 +184,7 @@ def check_task(task: GoalTask, *, seed: int = 0, listen: Callable[[str], None] =
     robot = FittingCoder(asked).write(brief, best.concept)
     placement = FittingIntegrator(asked).place(brief, best.concept, robot)
     scene = assemble(robot, mjcf, placement, task.sensors).mjcf
-    listen("doing nothing, then anything")
+    listen("testing without actions, then with random actions")
     blind = play_blind(scene, task, robot.actuator_groups, EPISODES, seed)
     listen("trying motions")
     report = probe(scene, task, groups=robot.actuator_groups, candidates=64, variations=1, max_steps=100_000, threads=1)
@@ -213,7 +215,7 @@ def _mounts(brief: Brief, task: GoalTask) -> list[str]:
             way = np.array(place) - np.array(mount.position_m)
             far = float(np.linalg.norm(way))
             aside = math.degrees(math.acos(float(np.clip(way @ np.array(mount.z_axis) / max(far, 1e-9), -1.0, 1.0))))
-            words += f"; the place of work is {far:.3g} m away, {aside:.0f} deg off that"
+            words += f"; the place of work is {far:.3g} m away, {aside:.0f} deg off this direction"
         said.append(words)
     return said
 

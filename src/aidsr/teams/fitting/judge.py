@@ -48,9 +48,9 @@ class FittingJudge:
         except IsolationError as error:
             return _refusal(f"{UNTRIED}: {error}")
         if found.success:
-            won = f"{found.won} of {found.variations} variations that were tried"
+            won = f"{found.won} of {found.variations} tested variations"
             return Critique(
-                passed=True, summary=f"The built-in rules find it sound, and without learning a motion wins in {won}."
+                passed=True, summary=f"All built-in checks passed. Without learning, a motion succeeds in {won}."
             )
         idle = f", of which {found.idle:.2f} by doing nothing" if found.idle > _IDLE else ""
         short = f"{REFUSED}: {found.reached}, progress {found.progress:.2f}{idle}; {found.why}"

@@ -99,7 +99,7 @@ class ManualModel:
             ModelError: Waiting was interrupted; the prompt stays, and its reply is read when the run is resumed.
         """
         if self._interrupted.is_set():
-            raise ModelError("interrupted before it could be asked")
+            raise ModelError("interrupted before the call was made")
         files = self._files_of(question)
         while not _is_settled(files.reply, self._settled_s):
             if self._interrupted.wait(self._poll_s):

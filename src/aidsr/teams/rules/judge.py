@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from aidsr.core.artifacts import Brief, Concept, Critique, CritiqueIssue, Robot, Scene, ValidationReport
+from aidsr.core.formatting import counted
 from aidsr.mjcf.edit import effective_value, entries, get_numbers, parse, without_prefix
 from aidsr.mjcf.elements import Element
 from aidsr.sim.ownership import ROBOT_PREFIX
@@ -36,13 +37,14 @@ class RuleJudge:
         )
         issues = tuple(issue for check in checks for issue in check)
         if issues:
-            return Critique(passed=False, summary=f"{len(issues)} of the built-in rules' checks fail.", issues=issues)
+            summary = f"{counted(len(issues), 'check')} of the built-in rules failed."
+            return Critique(passed=False, summary=summary, issues=issues)
         return Critique(passed=True, summary=_praise(job, report))
 
 
 def _praise(job: Job, report: ValidationReport) -> str:
-    warnings = f" Warnings of the validator: {len(report.warnings)}." if report.warnings else ""
-    return f"The built-in rules find structure, reach, base and contact right for a job to {job.kind}.{warnings}"
+    warnings = f" Validator warnings: {len(report.warnings)}." if report.warnings else ""
+    return f"All built-in checks passed (job type: {job.kind}): structure, reach, base and contact.{warnings}"
 
 
 def _stability(report: ValidationReport) -> Iterator[CritiqueIssue]:
@@ -93,10 +95,10 @@ def _base(brief: Brief, scene: Scene) -> Iterator[CritiqueIssue]:
     """The root is held, or free, as the task has it, and held by a mount where there is one."""
     wanted = {"fixed": "fixed", "moving": "fixed", "free": "free"}.get(brief.base)
     if wanted and scene.placement.base != wanted:
-        problem = f"the base is {scene.placement.base}, the task has it {brief.base}"
-        yield CritiqueIssue(blame="integrator", component="base", problem=problem, suggestion=f"make it {wanted}")
+        problem = f"the base is {scene.placement.base}, but the task requires it {brief.base}"
+        yield CritiqueIssue(blame="integrator", component="base", problem=problem, suggestion=f"make the base {wanted}")
     if brief.base == "moving" and scene.placement.mount == "world":
-        problem = "the task moves a mount, and the robot does not stand on it"
+        problem = "the task moves a mount, but the robot is not attached to it"
         yield CritiqueIssue(blame="integrator", component="mount", problem=problem, suggestion="attach it to a mount")
 
 
@@ -109,10 +111,10 @@ def _reach(job: Job, scene: Scene, root: Element) -> Iterator[CritiqueIssue]:
     x, y, z = (at - root for at, root in zip(job.target_in_mount_m, scene.placement.position_m, strict=True))
     needed = math.hypot(x, y, z) - job.target.half_width_m
     if reach < _LEAST_REACH * needed:
-        problem = f"the functional part reaches {reach:.2f} m from the root, {job.target.part} is {needed:.2f} m away"
+        problem = f"the functional part reaches {reach:.2f} m from the root; {job.target.part} is {needed:.2f} m away"
         yield CritiqueIssue(blame="designer", component="reach", problem=problem, suggestion="make it longer")
     if job.kind == "grasp" and math.hypot(x, y) > _BESIDE_GRASP_M:
-        problem = f"{job.target.part} is {1000 * math.hypot(x, y):.0f} mm beside the axis the robot grasps along"
+        problem = f"{job.target.part} is {1000 * math.hypot(x, y):.0f} mm beside the grasp axis of the robot"
         yield CritiqueIssue(
             blame="integrator", component="offset", problem=problem, suggestion="place it over the object"
         )
@@ -146,10 +148,10 @@ def _contact(brief: Brief, scene: Scene, root: Element) -> Iterator[CritiqueIssu
             blame="coder", component="contact_disabled", problem=problem, suggestion="let shapes collide"
         )
     if not scene.placement.intended_contacts:
-        problem = "the job needs touch and the placement names nothing to touch"
+        problem = "the task requires contact, but the placement names no intended contact"
         yield CritiqueIssue(
             blame="integrator",
             component="intended_contacts",
             problem=problem,
-            suggestion="name what it is meant to touch",
+            suggestion="name what the robot is meant to touch",
         )

@@ -111,7 +111,7 @@ def group_facts(model: mujoco.MjModel, structure: Structure, declared: Sequence[
         ]
     return [
         {
-            "name": f"{name_of(model, _ACTUATOR, ids[0]).removeprefix(ROBOT_PREFIX)} and alike",
+            "name": f"{name_of(model, _ACTUATOR, ids[0]).removeprefix(ROBOT_PREFIX)} and similar",
             "members": [name_of(model, _ACTUATOR, i) for i in ids],
         }
         for ids in structure.symmetric_groups

@@ -135,7 +135,7 @@ class Tests:
         words = {
             "reference": "All tendons slack",
             "rest": "All commands at rest",
-            "all": "Everything pulls",
+            "all": "All actuators pull",
             "sweep": "Random commands",
         }
         if test.kind in words:
@@ -143,6 +143,6 @@ class Tests:
         drive = drives[test.drive]
         name = name_of(self._shown.model, mujoco.mjtObj.mjOBJ_ACTUATOR, drive.actuator).removeprefix("robot/")
         if test.kind == "released":
-            return f"{name} pulls, the others let go"
-        does = ("pulls" if test.command == drive.pull else "lets go") if drive.on_tendon else f"to {test.command:g}"
+            return f"{name} pulls, the others are released"
+        does = ("pulls" if test.command == drive.pull else "is released") if drive.on_tendon else f"to {test.command:g}"
         return f"{name} alone {does}"

@@ -219,7 +219,7 @@ class Playback:
             self._remember()
         warned = np.array([any(data.warning[kind].number for kind in FATAL_WARNINGS)])
         if numbers_failed(warned, data.qpos[None])[0]:
-            self._stop("the numbers grew without bound")
+            self._stop("the state grew without bound")
 
     def _remember(self) -> None:
         model, data = self.shown.model, self._data

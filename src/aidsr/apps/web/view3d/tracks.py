@@ -87,12 +87,12 @@ def _track(name: str, unit: str, lines: Sequence[tuple[str, Array]], top: float 
 def _events(motion: Motion, contact_n: Array | None) -> Iterator[dict[str, Any]]:
     if contact_n is not None and contact_n.max(initial=0.0) > _PEAK_NEWTON:
         yield _event(motion, int(np.flatnonzero(contact_n)[0]), "first contact")
-        yield _event(motion, int(contact_n.argmax()), f"hardest contact, {contact_n.max():.3g} N")
+        yield _event(motion, int(contact_n.argmax()), f"peak contact force, {contact_n.max():.3g} N")
     hardest = _hardest_n(motion)
     if hardest is not None:
-        yield _event(motion, int(hardest.argmax()), f"hardest pull, {hardest.max():.3g} N")
+        yield _event(motion, int(hardest.argmax()), f"peak tension, {hardest.max():.3g} N")
     if motion.progress is not None and motion.progress.max(initial=0.0) > 0:
-        yield _event(motion, int(motion.progress.argmax()), f"most progress, {motion.progress.max():.2f}")
+        yield _event(motion, int(motion.progress.argmax()), f"best progress, {motion.progress.max():.2f}")
     if motion.holds is not None and motion.holds.max(initial=0.0) > 0:
         yield _event(motion, int(np.flatnonzero(motion.holds)[0]), "goal first holds")
     if motion.ended:

@@ -3,8 +3,8 @@ import { canDraw, plate, squareInWords, Viewer } from "aidsr-view3d";
 
 export default {
   template: `
-<div v-if="!drawable" class="v3d-still"><p class="inside" role="status">This browser has no WebGL, so the parts cannot be shown here;
-  the sheet has a picture of them. Turn on hardware acceleration in the browser's settings, or open this page in another browser.</p></div>
+<div v-if="!drawable" class="v3d-still"><p class="inside" role="status">The 3-D view needs WebGL, which this browser does not provide;
+  the assembly sheet has a picture of the parts. Turn on hardware acceleration in the browser's settings, or open this page in another browser.</p></div>
 <div v-else class="v3d v3d-bare" ref="root">
   <div class="v3d-stage">
     <div class="v3d-picture" ref="host" tabindex="0" role="application" :aria-label="'Parts of ' + title + '. ' + keys" @keydown="key"></div>
@@ -15,8 +15,8 @@ export default {
     <div v-if="tip" class="v3d-tip" :style="{left: tip.x + 'px', top: tip.y + 'px'}">{{ tip.text }}</div>
     <div class="v3d-clock" v-if="chosen"><b>{{ chosen.letter }}</b> {{ chosen.about }}</div>
     <div class="v3d-tools" v-if="facts">
-      <q-btn flat round dense size="sm" icon="center_focus_strong" @click="viewer.frame()" aria-label="Frame the parts">
-        <q-tooltip>Frame the parts (F)</q-tooltip></q-btn>
+      <q-btn flat round dense size="sm" icon="center_focus_strong" @click="viewer.frame()" aria-label="Fit parts in view">
+        <q-tooltip>Fit parts in view (F)</q-tooltip></q-btn>
       <q-btn flat round dense size="sm" icon="photo_camera" @click="viewer.save(title)" aria-label="Save a picture">
         <q-tooltip>Save a picture (P)</q-tooltip></q-btn>
     </div>
@@ -35,7 +35,7 @@ export default {
       labels: [],
       tip: null,
       chosen: null,
-      keys: "Arrows turn, plus and minus zoom, F frames, P saves a picture.",
+      keys: "Arrows rotate, plus and minus zoom, F fits the parts in view, P saves a picture.",
     };
   },
 

@@ -10,10 +10,10 @@ const SIDES = [
 ];
 const DRAWN = [
   { key: "c", what: "forces", name: "Contact forces" },
-  { key: "v", what: "byTension", name: "Tendons in the colour of their tension", where: (facts) => facts.tendons.length },
-  { key: "x", what: "xray", name: "See through the surroundings", where: (facts) => facts.is_scene },
-  { key: "e", what: "frames", name: "Frames of bodies: x red, y green, z blue" },
-  { key: "i", what: "inertia", name: "Inertia boxes: same mass and inertia" },
+  { key: "v", what: "byTension", name: "Tendon colour by tension", where: (facts) => facts.tendons.length },
+  { key: "x", what: "xray", name: "Transparent environment", where: (facts) => facts.is_scene },
+  { key: "e", what: "frames", name: "Body frames (x red, y green, z blue)" },
+  { key: "i", what: "inertia", name: "Equivalent inertia boxes" },
 ];
 const SEND_MS = 40;
 const REPEAT_MS = 2000;
@@ -25,8 +25,8 @@ export default {
   template: `
 <figure v-if="!drawable" class="v3d-still">
   <img v-if="picture" :src="picture" :alt="title">
-  <figcaption role="status">This browser has no WebGL, so the design cannot be turned or pulled here{{
-    picture ? '; this is a still picture of it' : '' }}. Turn on hardware acceleration in the browser's settings, or open
+  <figcaption role="status">The interactive view needs WebGL, which this browser does not provide{{
+    picture ? '; a still picture is shown instead' : '' }}. Turn on hardware acceleration in the browser's settings, or open
     this page in another browser.</figcaption>
 </figure>
 <div v-else class="v3d" :class="{'v3d-bare': !controls}" ref="root">
@@ -40,9 +40,9 @@ export default {
     <div v-if="tip" class="v3d-tip" :style="{left: tip.x + 'px', top: tip.y + 'px'}">{{ tip.text }}</div>
     <div class="v3d-clock" v-if="facts"><b>{{ showing }}</b> {{ clock }}<span v-if="slow"> · {{ slow }}</span></div>
     <div class="v3d-tools" v-if="facts">
-      <q-btn flat round dense size="sm" icon="center_focus_strong" @click="viewer.frame()" aria-label="Frame the robot">
-        <q-tooltip>Frame the robot (F)</q-tooltip></q-btn>
-      <q-btn flat round dense size="sm" icon="view_in_ar" aria-label="Look from a side"><q-tooltip>Look from a side (1, 2, 3)</q-tooltip>
+      <q-btn flat round dense size="sm" icon="center_focus_strong" @click="viewer.frame()" aria-label="Fit robot in view">
+        <q-tooltip>Fit robot in view (F)</q-tooltip></q-btn>
+      <q-btn flat round dense size="sm" icon="view_in_ar" aria-label="View direction"><q-tooltip>View direction (1, 2, 3)</q-tooltip>
         <q-menu><q-list dense><q-item v-for="side in sides" :key="side.key" clickable v-close-popup @click="viewer.frame(side)">
           <q-item-section>{{ side.name }} ({{ side.key }})</q-item-section></q-item></q-list></q-menu></q-btn>
       <q-btn flat round dense size="sm" icon="my_location" :color="following ? 'primary' : undefined" @click="toggle('following')"
@@ -53,7 +53,7 @@ export default {
         :aria-pressed="String(ghost)" :aria-label="ghostName"><q-tooltip>{{ ghostName }} (G)</q-tooltip></q-btn>
       <q-btn v-if="facts.target" flat round dense size="sm" icon="flag" :color="target ? 'primary' : undefined" @click="toggle('target')"
         :aria-pressed="String(target)" aria-label="Show the target"><q-tooltip>Show the target (T)</q-tooltip></q-btn>
-      <q-btn flat round dense size="sm" icon="layers" aria-label="What is drawn"><q-tooltip>What is drawn</q-tooltip>
+      <q-btn flat round dense size="sm" icon="layers" aria-label="Display options"><q-tooltip>Display options</q-tooltip>
         <q-menu><q-list dense><q-item v-for="one in layers" :key="one.key" clickable @click="draw(one)" role="menuitemcheckbox"
           :aria-checked="String(drawing[one.what])"><q-item-section avatar>
           <q-icon :name="drawing[one.what] ? 'check_box' : 'check_box_outline_blank'" /></q-item-section>
@@ -80,9 +80,9 @@ export default {
         @click="send({do: 'speed', times})"><q-item-section>{{ times }}×</q-item-section></q-item></q-list>
     </q-btn-dropdown>
     <q-select class="v3d-choice" dense outlined options-dense emit-value map-options :options="choices" :model-value="choice"
-      @update:model-value="choose" aria-label="What to show" />
+      @update:model-value="choose" aria-label="Motion" />
     <q-btn v-if="state.mode === 'live'" flat dense no-caps size="sm" icon="timeline" label="Replay" @click="send({do: 'look_back'})">
-      <q-tooltip>Play back what you did in the last minute, with forces over time</q-tooltip></q-btn>
+      <q-tooltip>Replay the last minute of the simulation, with forces over time</q-tooltip></q-btn>
     <q-slider v-if="state.duration_s" class="v3d-seek" dense :min="0" :max="state.duration_s" :step="0.001" :model-value="time"
       @update:model-value="seek" aria-label="Time" />
   </div>
@@ -90,7 +90,7 @@ export default {
   <div class="v3d-sliders" v-if="facts && controls && facts.controls.length && state.known">
     <template v-for="(part, number) in parts" :key="part.title">
     <div class="v3d-head"><b>{{ part.title }}</b>
-      <q-btn v-if="!number" flat dense no-caps size="sm" label="Release" @click="letGo"><q-tooltip>Set every command to its rest value</q-tooltip></q-btn></div>
+      <q-btn v-if="!number" flat dense no-caps size="sm" label="Release" @click="letGo"><q-tooltip>Reset all commands to their rest values</q-tooltip></q-btn></div>
     <div v-for="row in part.rows" :key="row.key" class="v3d-row" :class="{'v3d-member': row.member, 'v3d-group': row.group}">
       <div class="v3d-name" :title="row.label">{{ row.label }}</div>
       <q-slider dense :min="0" :max="1" :step="0.005" :model-value="row.share" @update:model-value="pull(row, $event)"
@@ -128,7 +128,7 @@ export default {
       speeds: SPEEDS,
       sides: SIDES,
       drawing: { forces: true, byTension: true, xray: false, frames: false, inertia: false },
-      keys: "Space plays and pauses, comma and period step, R resets, Ctrl and the mouse drag a body, M measures, G leaves a ghost, T shows the target, C, E and I draw contact forces, frames and inertia boxes, V colours tendons by tension, arrows turn, plus and minus zoom, F frames, 1, 2 and 3 look from front, side and top, X sees through, P saves a picture.",
+      keys: "Space plays and pauses, comma and period step, R resets, Ctrl and the mouse drag a body, M measures, G shows a ghost, T shows the target, C, E and I show contact forces, body frames and inertia boxes, V colours tendons by tension, arrows rotate, plus and minus zoom, F fits the robot in view, 1, 2 and 3 show front, side and top, X makes the environment transparent, P saves a picture.",
     };
   },
 
@@ -140,15 +140,15 @@ export default {
       return this.status !== "gone" && !this.trouble;
     },
     cover() {
-      if (this.status === "gone") return "This view has been closed. Reload the page.";
-      if (this.status === "lost") return "The connection was lost; trying again…";
+      if (this.status === "gone") return "This view was closed. Reload the page.";
+      if (this.status === "lost") return "Connection lost. Reconnecting…";
       if (this.trouble) return this.trouble;
       return this.facts ? "" : "Preparing the model…";
     },
     showing() {
       const { mode, index } = this.state;
       if (mode === "test") return `Test: ${this.tests[index] ?? ""}`;
-      if (mode === "past") return "What you did";
+      if (mode === "past") return "Your recording";
       return mode === "episode" ? `Episode: ${this.episodes[index] ?? ""}` : "Live";
     },
     clock() {
@@ -164,7 +164,7 @@ export default {
     choices() {
       return [
         { label: "Live simulation", value: "live" },
-        ...(this.state.mode === "past" ? [{ label: "What you did", value: "past" }] : []),
+        ...(this.state.mode === "past" ? [{ label: "Your recording", value: "past" }] : []),
         ...this.tests.map((label, index) => ({ label: `Test: ${label}`, value: `test ${index}` })),
         ...this.episodes.map((label, index) => ({ label: `Episode: ${label}`, value: `episode ${index}` })),
       ];
@@ -173,7 +173,7 @@ export default {
       return this.controls && this.state.duration_s && this.tracks.tracks?.length;
     },
     ghostName() {
-      return this.facts?.ghost ? "Show the iteration before as a ghost" : "Leave a ghost where the robot is";
+      return this.facts?.ghost ? "Show the previous iteration as a ghost" : "Show the current pose as a ghost";
     },
     layers() {
       return DRAWN.filter((one) => one.where?.(this.facts) ?? true);
@@ -182,7 +182,7 @@ export default {
       const tendons = (row) => row.together.some((control) => control.pulls_tendon); // a group stays together
       return [
         { title: "Pull the tendons", rows: this.rows.filter(tendons) },
-        { title: "Move other actuators", rows: this.rows.filter((row) => !tendons(row)) },
+        { title: "Other actuators", rows: this.rows.filter((row) => !tendons(row)) },
       ].filter((part) => part.rows.length);
     },
     squareText() {

@@ -72,7 +72,7 @@ export const Timeline = {
           lines,
           hidden: this.hidden.includes(track.name),
           range: `${this.number(track.low, "")} to ${this.number(track.high, track.unit)}`,
-          most: `${lines.length} lines, now at most ${this.number(most.values[this.row], track.unit)}, ${most.short}`,
+          most: `${lines.length} lines, current maximum ${this.number(most.values[this.row], track.unit)}, ${most.short}`,
         };
       });
     },
