@@ -9,7 +9,7 @@ from aidsr.runs.folders import DesignFolder, IterationFolder
 from aidsr.runs.status import DesignStatus, decided
 
 Mark = Literal["none", "kept", "doing", "done", "good", "bad"]
-"""Not there; taken over from before; at work; made; found good; found bad."""
+"""Not there; kept from before; running; made; found good; found bad."""
 
 _AT_WORK = {
     "concept": "robot",
@@ -90,7 +90,7 @@ def _stages(iteration: IterationFolder, at_work: str, *, had_robot: bool) -> tup
 
 def _stage(name: str, at_work: str, mark: Mark, text: str) -> Stage:
     if name == at_work:
-        return Stage(name=name, mark="doing", text="at work")
+        return Stage(name=name, mark="doing", text="running")
     return Stage(name=name, mark=mark, text=text if mark != "none" else "")
 
 

@@ -92,8 +92,8 @@ def is_finished(run: Run | None) -> bool:
 
 
 def format_limits(limits: Iterable[Limit]) -> str:
-    """Return limits in words: "money and tokens"."""
-    return " and ".join("money" if limit == "cost_usd" else "tokens" for limit in limits)
+    """Return limits in words: "cost and tokens"."""
+    return " and ".join("cost" if limit == "cost_usd" else "tokens" for limit in limits)
 
 
 def exhausted_limits(run: Run) -> tuple[Limit, ...]:

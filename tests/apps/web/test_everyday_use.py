@@ -354,7 +354,7 @@ def test_what_an_interrupted_run_left_off_is_not_at_work(runs: Path, server: Ser
         for address in (f"/run/{run.name}", f"/run/{run.name}/1"):
             page.goto(server.address(address))
             expect(page.locator(".stage", has_text="stopped")).to_be_visible()
-            expect(page.get_by_text("at work", exact=True)).to_have_count(0)
+            expect(page.get_by_text("running", exact=True)).to_have_count(0)
         page.goto(server.address("/designs"))
         expect(page.locator("table.designs .badge")).to_have_text("interrupted")
 

@@ -46,8 +46,8 @@ def export(
         Output folder; default: export/ in the design's folder, or NAME_export beside the file. An earlier export in it
         is replaced.
     policy
-        Also run the design's last trained policy on the robot as built, 20 episodes (half a minute); requires the extra
-        "rl".
+        Also run the design's last trained policy on the robot as built, for as many episodes as its evaluation
+        (minutes); requires the extra "rl".
     step
         Also write each part as a STEP file with flat facets; requires the extra "cad".
     """

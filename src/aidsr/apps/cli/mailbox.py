@@ -17,7 +17,7 @@ _POLL_S = 0.3
 
 
 class Mailbox:
-    """Names each prompt that waits for a reply, once, while a run is at work; nothing for other models."""
+    """Names each prompt that waits for a reply, once, while a run is in progress; nothing for other models."""
 
     def __init__(self, console: Console, model: str) -> None:
         self._console = console

@@ -31,7 +31,7 @@ class RunRequest:
 
 
 DEMO = RunRequest(RunConfig(seed=1), task="reaching/button_pushing")
-"""Three robots that push a button, by the built-in rules: no key, nothing paid."""
+"""Three robots that push a button, by the built-in rules: no API key, no cost."""
 
 
 def launch(site: Site, request: RunRequest) -> Run:

@@ -50,7 +50,7 @@ def _search_team(run: Run, config: RunConfig) -> Team:
 RULES = Provider(
     prefix=BUILTIN,
     title="Built-in rules",
-    doc="Fixed rules written by people. No key, nothing paid: a task of the benchmark takes seconds, a goal of your "
+    doc="Fixed rules written by people. No API key, no cost: a task of the benchmark takes seconds, a goal of your "
     "own half a minute to some minutes.",
     team=_rules_team,
 )
