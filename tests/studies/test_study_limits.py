@@ -248,7 +248,7 @@ def test_the_command_ends_in_a_sentence_that_says_how_to_go_on(
         main(words)
     said = capsys.readouterr().out
     assert ended.value.code == 1
-    assert "$0.00 of $0.01 spent; the rest of the cost limit is not enough for the next call" in said
+    assert "$0.00 of $0.01 spent; the remaining budget (cost) is not enough for the next call" in said
     named = "openai-gpt-5/reaching.button_pushing/1, openai-gpt-5.no_groups/reaching.button_pushing/1"
     assert f"2 runs are unfinished ({named})" in said, "what waits for an unpaid run is unpaid too"
     assert "The run may cost" not in said, "a share that was too small is no failure"
@@ -258,7 +258,7 @@ def test_the_command_ends_in_a_sentence_that_says_how_to_go_on(
     with pytest.raises(SystemExit):
         main(["benchmark", str(tmp_path / "s"), "--resume", "--jobs", "1", "--max-tokens", "1000000"])
     said = capsys.readouterr().out
-    assert "$0.00 of $0.01 spent and 0 of 1,000,000 tokens used; the rest of the cost limit is not enough" in said
+    assert "$0.00 of $0.01 spent and 0 of 1,000,000 tokens used; the remaining budget (cost) is not enough" in said
     assert "--max-tokens" not in said.partition("By the estimate")[2], "only the limit that refused has to be raised"
     assert read_budget(open_study(tmp_path / "s")) == Budget(cost_usd=0.01, tokens=1_000_000), "both hold"
 

@@ -18,5 +18,5 @@ def test_a_port_that_is_taken_is_said_in_a_sentence(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("token", ["", "short"])
 def test_others_reach_the_page_only_with_a_long_token(tmp_path: Path, token: str) -> None:
-    with pytest.raises(UserError, match="give a --token of at least 16 characters"):
+    with pytest.raises(UserError, match="without a --token of at least 16 characters"):
         serve(tmp_path, host="0.0.0.0", token=token, browser=False)

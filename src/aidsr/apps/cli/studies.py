@@ -90,9 +90,9 @@ def print_unfinished(console: Console, study: Study, refused: Collection[Limit])
     names = ", ".join(cell.name for cell in undone[:_NAMED]) + (", …" if len(undone) > _NAMED else "")
     runs = "1 run is" if len(undone) == 1 else f"{len(undone)} runs are"
     console.print(
-        f"The study's limit is reached: {' and '.join(parts)}; the rest of the {format_limits(refused)} is not enough "
-        f"for the next call. {runs} unfinished ({escape(names)}). To continue with a limit that should be enough "
-        f"according to the estimate: aidsr benchmark "
+        f"The study's limit is reached: {' and '.join(parts)}; the remaining budget ({format_limits(refused)}) is "
+        f"not enough for the next call. {runs} unfinished ({escape(names)}). To continue with a limit that should be "
+        f"enough according to the estimate: aidsr benchmark "
         f"{escape(str(study.path))} --resume {' '.join(options)}",
         soft_wrap=True,
     )
