@@ -192,8 +192,8 @@ def test_a_comparison_says_what_changed_and_what_it_brought() -> None:
     assert told.worse == ("sinks is new (1 place)",)
     stable = after.model_copy(update={"report": ValidationReport(stable=True), "judged": True})
     assert compare(after.model_copy(update={"judged": False}), stable).better == (
-        "it became stable",
+        "it is stable now",
         "chatter is gone (1 place)",
         "sinks is gone (1 place)",
-        "the Judge now passes it",
+        "the Judge passes it now",
     )

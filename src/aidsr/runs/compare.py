@@ -1,4 +1,4 @@
-"""Two attempts side by side: what was changed from one to the next, and what became better or worse, in plain words."""
+"""Compare two iterations of a design: what changed, and what became better or worse, in sentences."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ class Attempted(Artifact):
     """MJCF, empty before there is any."""
     placement: Placement | None
     report: ValidationReport | None
-    """Of this iteration's scene, or of its robot where it did not come to a scene."""
+    """Of the scene of this iteration, or of its robot if no scene was assembled."""
     judged: bool | None
     """The Judge's verdict in this iteration."""
 
 
 class Comparison(Artifact):
-    """What one attempt did differently from another, one sentence each."""
+    """Differences between two iterations, one sentence each."""
 
     changed: tuple[str, ...]
     better: tuple[str, ...]
@@ -52,12 +52,12 @@ def attempted(design: DesignFolder, number: int) -> Attempted:
 
 
 def compare(before: Attempted, after: Attempted) -> Comparison:
-    """Return what changed from `before` to `after`, and what became better or worse by it."""
+    """Return what changed from `before` to `after`, and what became better or worse."""
     better, worse = _by_faults(before.report, after.report)
     if before.judged is False and after.judged:
-        better.append("the Judge now passes it")
+        better.append("the Judge passes it now")
     if before.judged and after.judged is False:
-        worse.append("the Judge passes it no longer")
+        worse.append("the Judge no longer passes it")
     changed = (*_in_concept(before.concept, after.concept), *_in_robot(before, after))
     return Comparison(
         changed=(*changed, *_in_placement(before.placement, after.placement)),
@@ -74,7 +74,7 @@ def _in_concept(before: Concept | None, after: Concept | None) -> Iterator[str]:
     if before is None or after is None or before == after:
         return
     if before.name != after.name:
-        yield f"the concept became “{after.name}”"
+        yield f"concept: now “{after.name}”"
     numbers = {
         key: (before.parameters.get(key), after.parameters.get(key))
         for key in {**before.parameters, **after.parameters}
@@ -112,8 +112,8 @@ def _by_faults(before: ValidationReport | None, after: ValidationReport | None) 
     if before.stable and after.stable:
         return [], []
     old, new = Counter(fault.code for fault in before.errors), Counter(fault.code for fault in after.errors)
-    better = ["it became stable"] if after.stable else []
-    worse = ["it is stable no longer"] if before.stable else []
+    better = ["it is stable now"] if after.stable else []
+    worse = ["it is no longer stable"] if before.stable else []
     better += [f"{code} is gone ({_times(count)})" for code, count in old.items() if code not in new]
     worse += [f"{code} is new ({_times(count)})" for code, count in new.items() if code not in old]
     for code in (code for code in old if code in new):

@@ -65,11 +65,9 @@ class How(Artifact):
 
     part: Annotated[str, Field(description="Body or site that is loaded; the functional part unless given.")] = ""
     force_n: Annotated[float, Field(gt=0, le=_LARGEST_FORCE_N, description="Size of the load, in N.")] = 0.5
-    direction: Annotated[Vec3, Field(description="Of the load, in world axes.")] = (
-        0.0,
-        0.0,
-        -1.0,
-    )
+    direction: Annotated[
+        Vec3, Field(description="Of the load, in world axes; in those of its root for a robot alone.")
+    ] = (0.0, 0.0, -1.0)
     pairs: Pairs = ()
     gaits: Annotated[int, Field(ge=1, le=MOST_GAITS, description="How many random gaits.")] = 12
     seconds: Annotated[

@@ -15,9 +15,14 @@ from robots import arm
 import aidsr
 from aidsr.runs import Library, Run
 
+PICTURES = "AIDSR_SCREENSHOTS" in os.environ
+"""Whether pictures for the docs are taken: then words are harmless and the training is long enough to succeed."""
+WISH = "make it a little longer" if PICTURES else f"make it longer {SCRIPT}"
+STEPS = 150_000 if PICTURES else 512
+
 
 def test_from_an_empty_home_to_a_trained_design(runs: Path, server: Server) -> None:
-    with browsing(webgl="AIDSR_SCREENSHOTS" in os.environ) as visitor:
+    with browsing(webgl=PICTURES) as visitor:
         page = visitor.new_page()
         page.goto(server.address())
         page.get_by_role("button", name="Set up a run").click()
@@ -31,19 +36,19 @@ def test_from_an_empty_home_to_a_trained_design(runs: Path, server: Server) -> N
         page.reload()  # while it works
         page.get_by_role("button", name="Review").click()
         words = page.get_by_label("What should change?")
-        words.fill(f"make it longer {SCRIPT}")
+        words.fill(WISH)
         page.wait_for_timeout(500)  # typed text travels in the background
 
         page.goto("about:blank")  # an open page reloads itself when its server is back, and would race the next line
         server.restart()
         page.goto(server.address(f"/run/{run.path.name}/1"))
-        expect(words).to_have_value(f"make it longer {SCRIPT}")
+        expect(words).to_have_value(WISH)
         shoot(page, "review")
         page.get_by_role("button", name="Refine").click()
         page.get_by_text("round 2, your request").wait_for()
         decision = run.design(1).iteration(1).decision.read()
         assert decision is not None
-        assert decision.text == f"make it longer {SCRIPT}"
+        assert decision.text == WISH
 
         other_tab = visitor.new_page()
         other_tab.goto(page.url)
@@ -60,7 +65,7 @@ def test_from_an_empty_home_to_a_trained_design(runs: Path, server: Server) -> N
 
 def _train(page: Page) -> None:
     open_tab(page, "Training")
-    page.get_by_label("Maximum steps").fill("512")
+    page.get_by_label("Maximum steps").fill(str(STEPS))
     page.get_by_text("Record videos of the best").click()
     page.get_by_role("button", name="Start training").click()
     page.get_by_text("Training 1").wait_for()
@@ -70,7 +75,7 @@ def _train(page: Page) -> None:
     page.get_by_role("button", name="Plausible", exact=True).click()
     page.get_by_text("You confirmed the motion.").wait_for()
     expect(page.get_by_role("button", name="Replay best")).to_be_visible()
-    if "AIDSR_SCREENSHOTS" in os.environ:  # only then the browser draws in three dimensions
+    if PICTURES:  # only then the browser draws in three dimensions
         page.get_by_role("button", name="Replay best").click()
         expect(page.locator(".v3d-clock b")).to_contain_text("of training 1")
     shoot(page, "training", whole=True)
@@ -249,7 +254,7 @@ def test_the_page_is_used_by_keyboard(runs: Path, server: Server) -> None:
         expect(page.get_by_role("radio", name="tunnel")).to_have_attribute("aria-checked", "true")
 
 
-@pytest.mark.skipif("AIDSR_SCREENSHOTS" not in os.environ, reason="pictures for the docs are only taken when wanted")
+@pytest.mark.skipif(not PICTURES, reason="pictures for the docs are only taken when wanted")
 def test_pictures_for_the_docs(runs: Path, server: Server) -> None:
     with browsing(webgl=True) as visitor:
         page = visitor.new_page()

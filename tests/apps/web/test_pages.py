@@ -206,7 +206,7 @@ async def test_a_design_is_found_by_its_number_when_one_before_it_was_deleted(us
 async def test_a_design_says_what_changed_and_what_got_better(user: User, site: Site) -> None:
     run = made_run(site.library.path)
     await user.open(f"/run/{run.path.name}/1")
-    for said in ("Changes since iteration 1", "it became stable", "chatter is gone (1 place)", "It reaches."):
+    for said in ("Changes since iteration 1", "it is stable now", "chatter is gone (1 place)", "It reaches."):
         await user.should_see(said)
     await user.open(f"/run/{run.path.name}/1?iteration=1")
     await user.should_see("Too soft. Stiffen it.")
