@@ -1,8 +1,8 @@
-"""AID-SR: design tendon-driven continuum robots from words.
+"""AID-SR: design tendon-driven continuum robots from a description in words.
 
-The public names are resolved when they are first used, so that `import aidsr` loads neither the simulator nor a
-language model's client. docs/api.md has a whole script, from an objective to a trained policy and parts. The tasks are
-also environments of Gymnasium: `gymnasium.make("aidsr.learn.rl:aidsr/ButtonPushing-v0", scene=…)`.
+Public names are imported on first use, so that `import aidsr` loads neither the simulator nor the client of a language
+model. docs/api.md has a complete script, from an objective to a trained policy and parts. The tasks are also available
+as Gymnasium environments: `gymnasium.make("aidsr.learn.rl:aidsr/ButtonPushing-v0", scene=…)`.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ _MODULES = {
     "train": "aidsr.api",
     "validate": "aidsr.validation",
 }
-"""Where each public name is defined."""
+"""Module that defines each public name."""
 
 
 def __getattr__(name: str) -> Any:

@@ -1,4 +1,4 @@
-"""`python -m aidsr` is `aidsr`."""
+"""Entry point of `python -m aidsr`, which is the same as the command `aidsr`."""
 
 from aidsr.apps.cli import main
 

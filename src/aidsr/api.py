@@ -1,6 +1,7 @@
-"""What `aidsr` offers for one design: assemble, fix, probe, train, evaluate, export.
+"""The Python API for one design: assemble, probe, film, train, evaluate and export.
 
-Each takes plain values, a path, a text or an object, and works alone. The command line calls the same functions.
+Each function takes plain values, a path, a text or an object, and does not depend on the others. The command line calls
+the same functions.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from aidsr.tasks import Level, Split, Task
 
 Design = str | Path | DesignFolder | Scene
-"""A design of a run or its folder, or a scene: an object, its MJCF, or the path of a file that holds it."""
+"""A design of a run or the folder of a design; or a scene as an object, as MJCF text or as the path of an MJCF file."""
 
 
 def probe(
@@ -51,7 +52,7 @@ def probe(
     threads: int = 0,
     listen: Callable[[ProbePoint], None] = lambda _point: None,
 ) -> ProbeReport:
-    """Return how far a body gets on its task without learning, by open-loop motions.
+    """Measure how far a robot gets on its task without learning, with open-loop motions.
 
         report = aidsr.probe(run.design(1))
         report = aidsr.probe("scene.xml", "button_pushing", candidates=512)
@@ -59,22 +60,23 @@ def probe(
 
     Args:
         design: A design, its folder, or a scene.
-        task: Task to try; a design knows its own.
+        task: Task to try; not needed for a design, which records its task.
         level: Level of the task.
-        goal: File of a goal, instead of a task, for an environment of your own.
-        groups: Actuators that act together; those of the design unless given.
-        grouping: "auto" lets actuators act together as the groups say or as symmetric limbs do; "off" moves each by
-            itself.
-        candidates: Motions tried for each variation, in whole generations of 16; 128 unless given, with a goal 256.
-        variations: How many development variations of the task; each is searched for itself.
-        max_steps: Physics steps of all simulations together; 300,000 unless given, with a goal 1,000,000.
-        seed: The same seed tries the same motions.
-        threads: Native threads for physics; 0 takes all processors. Results do not depend on it.
-        listen: Called with how far it has come, after each generation of motions.
+        goal: Goal file for an environment of your own, instead of a task.
+        groups: Groups of actuators that act together; default: the groups of the design.
+        grouping: "auto" groups actuators as in `groups`, or by symmetric limbs; "off" moves each actuator
+            independently.
+        candidates: Number of motions tried for each variation, in whole generations of 16. Default: 128; with a goal,
+            256.
+        variations: Number of development variations of the task; each is searched separately.
+        max_steps: Maximum physics steps of all simulations together. Default: 300,000; with a goal, 1,000,000.
+        seed: Seed of the search; the same seed tries the same motions.
+        threads: Native threads for physics; 0 uses all processors. Results do not depend on it.
+        listen: Called with the progress of the search after each generation of motions.
 
     Raises:
-        TypeError: An argument is of another type.
-        UserError: There is no such design or task, or a number is out of range.
+        TypeError: An argument has the wrong type.
+        UserError: The design or the task does not exist, or a number is out of range.
         MjcfError: The scene cannot be loaded.
     """
     for name, number in (("candidates", candidates), ("variations", variations), ("max_steps", max_steps)):
@@ -83,7 +85,7 @@ def probe(
     _check_seed_and_threads(seed, threads)
     from aidsr.sandbox.pool import warm_up
 
-    warm_up(1, ["aidsr.learn.openloop.isolated_probe"])  # a worker starts while the rest is imported
+    warm_up(1, ["aidsr.learn.openloop.isolated_probe"])  # a worker process starts during the remaining imports
     from aidsr.learn.openloop import probe as probe_task
 
     found = find_scene(design, task, level=level, goal=goal)
@@ -112,13 +114,13 @@ def film(
     groups: Sequence[ActuatorGroup] | None = None,
     grouping: Grouping = "auto",
 ) -> Film:
-    """Return the best motion of a probe, played again; the arguments are those of the probe.
+    """Replay the best motion of a probe and return it as positions over time; the other arguments are as in `probe`.
 
         report = aidsr.probe(design)
         Path("best.png").write_bytes(aidsr.api.film(design, report).strip())
 
     Raises:
-        UserError: There is no such design or task.
+        UserError: The design or the task does not exist.
         MjcfError: The scene cannot be loaded.
     """
     from aidsr.learn.episodes.scene import read_mjcf_text
@@ -157,9 +159,9 @@ def train(
     again: bool = False,
     listen: Callable[[CurvePoint], None] = lambda _point: None,
 ) -> Training:
-    """Train a policy by reinforcement learning and return its folder. Needs the extra "rl".
+    """Train a policy by reinforcement learning and return its folder. Requires the extra "rl".
 
-    The same call continues a training that was stopped, and returns one that is finished as it is.
+    Repeat the same call to continue a stopped training. A finished training is returned unchanged.
 
         training = aidsr.train(run.design(1), steps=60_000)
         training = aidsr.train("scene.xml", "button_pushing", out="learned")
@@ -167,33 +169,35 @@ def train(
 
     Args:
         design: A design, its folder, or a scene.
-        task: Task to learn; a design knows its own.
+        task: Task to learn; not needed for a design, which records its task.
         level: Level of the task.
-        goal: File of a goal, instead of a task, for an environment of your own.
-        protocol: "best" is soft actor-critic on held actions; "paper" is PPO, for comparison.
-        steps: Budget of control steps; training ends earlier when success is saturated.
-        minutes: Budget of wall time as well.
-        seed: Of the network, of exploration and of the variations drawn.
-        out: Where folders 001, 002 … are made: training/ in the design's folder, or here, unless given.
-        grouping: As for `probe`.
-        from_probe: With protocol "paper": search an open-loop motion first, as `probe` does; where one succeeds, the
-            policy begins with it.
-        smoothing: Share of the previous action that is kept in the next, 0 to below 1.
-        randomize: Let each training episode differ from the model as a real robot may: parameters, delay, friction of
-            cables.
-        stop_hopeless: End a training in which no episode has succeeded after 70 % of its steps; with protocol "best".
-        threads: Native threads for physics; 0 takes all processors. Results do not depend on it.
-        script: Motion that the policy begins with and corrects, see `aidsr.learn.openloop.script.GRAMMAR`; with
-            protocol "best". Unless given, the one with which the design's author saw it do the job; without one a
-            short probe searches a motion that learning has to beat. "" for none of them.
-        tensorboard: Also write logs for TensorBoard.
+        goal: Goal file for an environment of your own, instead of a task.
+        protocol: "best" is soft actor-critic with held actions; "paper" is PPO, for comparison.
+        steps: Maximum control steps; training ends earlier when the success rate is saturated.
+        minutes: Maximum wall time [min], in addition to `steps`; None for no limit.
+        seed: Seed of the network, of exploration and of the variations drawn.
+        out: Folder in which the folders 001, 002 … are created; default: training/ in the design's folder, or in the
+            current folder.
+        grouping: As in `probe`.
+        from_probe: With protocol "paper": first search an open-loop motion, as `probe` does; if one succeeds, the
+            policy starts from it.
+        smoothing: Share of the previous action that is kept in the next one, from 0 to below 1.
+        randomize: Vary the model in each training episode as a real robot may differ from it: parameters, action delay,
+            cable friction.
+        stop_hopeless: Stop a training in which no episode has succeeded after 70 % of its steps; requires protocol
+            "best".
+        threads: Native threads for physics; 0 uses all processors. Results do not depend on it.
+        script: Motion that the policy starts from and corrects, see `aidsr.learn.openloop.script.GRAMMAR`; requires
+            protocol "best". None: the motion with which the design's author saw it do the job; if there is none, a
+            short probe searches a motion that learning has to beat. "": no motion at all.
+        tensorboard: Whether to also write logs for TensorBoard.
         again: Train from scratch, into the next folder, even if earlier calls left a finished or stopped training.
         listen: Called with every point of the learning curve.
 
     Raises:
-        TypeError: An argument is of another type.
-        UserError: There is no such design or task, a number is out of range, the extra "rl" is missing, or another
-            process trains the same.
+        TypeError: An argument has the wrong type.
+        UserError: The design or the task does not exist, a number is out of range, the extra "rl" is missing, or
+            another process runs the same training.
         MjcfError: The scene cannot be loaded.
     """
     check_whole_number("steps", steps, least=1)
@@ -249,15 +253,15 @@ def train_policy(
     again: bool = False,
     listen: Callable[[CurvePoint], None] = lambda _point: None,
 ) -> Training:
-    """Train a policy in the last of the folders 001, 002 … of `home` that holds this training, else in the next one.
+    """Train a policy in a numbered folder (001, 002 …) of `home`, and return the training.
 
-    It learns in an isolated process, which on Control-C keeps what it has learned; a task whose class a script or a
-    notebook defines is trained in this process. With `number` the training's folder is that one. The other arguments
-    are those of `train`.
+    The folder is the last one that holds the same training, or else the next new one; `number` names it instead. The
+    policy is trained in an isolated child process, which keeps its progress on Control-C. A task whose class is defined
+    in a script or a notebook is trained in this process. The other arguments are as in `train`.
 
     Raises:
-        UserError: Another process works on this very training.
-        IsolationError: The scene took too much time or memory, or crashed MuJoCo.
+        UserError: Another process runs the same training.
+        IsolationError: The scene exceeded the limits of time or memory, or crashed MuJoCo.
     """
     from aidsr.core.storage_errors import storage_errors
     from aidsr.learn.rl.isolated_learning import run_training, train_in_child
@@ -299,30 +303,30 @@ def evaluate(
     perturbed: bool | Literal["successful"] = False,
     listen: Callable[[EvaluationPoint], None] = lambda _point: None,
 ) -> Evaluation:
-    """Evaluate a trained policy on variations of its task that it never saw. Needs the extra "rl".
+    """Evaluate a trained policy on variations of its task that it never saw. Requires the extra "rl".
 
-    Verdict, learning curve, two motions and two videos are also written into the training's folder. What is evaluated
-    at another level or on another split is no verdict and goes into a file of its own.
+    The verdict, the learning curve, two motions and two videos are also written into the training's folder. An
+    evaluation at another level or on another split is not a verdict and is written to a separate file.
 
         evaluation = aidsr.evaluate(training)
         print(evaluation.success_share, evaluation.successful)
 
     Args:
-        training: A finished training, its folder, or a design, of which the last finished training is evaluated.
-        episodes: How many variations, at least 20.
-        level: "standard" or "hard"; that of the training unless given.
-        split: "held_out", or "development" for what may be looked at while designing.
-        threads: Native threads for physics; 0 takes all processors. Results do not depend on it.
-        videos: Whether the best and the median episode are drawn, where there is OpenGL.
-        perturbed: Whether to play the same variations again with parameters of the model off by up to 20 %, with late
-            actions and with friction of cables: `Evaluation.perturbed`. The verdict stays the same.
-            "successful" does so only where the verdict is success.
-        listen: Called with how far the episodes have come, after every control step.
+        training: A finished training, its folder, or a design, whose last finished training is evaluated.
+        episodes: Number of variations to evaluate, at least 20.
+        level: "standard" or "hard"; default: the level of the training.
+        split: "held_out", or "development" for the variations that may be used while designing.
+        threads: Native threads for physics; 0 uses all processors. Results do not depend on it.
+        videos: Whether to record the best and the median episode as videos; skipped if there is no OpenGL.
+        perturbed: Whether to repeat the same variations with model parameters changed by up to 20 %, with delayed
+            actions and with cable friction; the results are in `Evaluation.perturbed`. The verdict does not change.
+            "successful": only if the policy is successful.
+        listen: Called with the progress of the episodes after every control step.
 
     Raises:
-        TypeError: An argument is of another type.
-        UserError: There is no finished training, another process trains, judges or films in its folder, there are too
-            few episodes, or the extra "rl" is missing.
+        TypeError: An argument has the wrong type.
+        UserError: No training is finished, another process trains, evaluates or films in its folder, there are too few
+            episodes, or the extra "rl" is missing.
     """
     check_type(training, (str, Path, Training, DesignFolder), "training must be a training, its folder, or a design")
     check_whole_number("episodes", episodes, least=1)
@@ -348,25 +352,25 @@ def export(
     policy: bool = False,
     step: bool = False,
 ) -> Exported:
-    """Make a design into parts to print, to buy and to assemble, and report what cannot be built.
+    """Turn a design into parts to print, buy and assemble, and report what cannot be built.
 
-    Needs the extra "fabrication".
+    Requires the extra "fabrication".
 
         exported = aidsr.export(run.design(1))
         print(exported.verdict.verdict, exported.folder / "sheet.html")
 
     Args:
-        design: An approved design, its folder, or the file of a robot.
-        out: Folder to write: export/ in the design's folder, or NAME_export beside the file, unless given. An earlier
-            export in it is replaced.
-        printer: "fdm" lays filament, "sla" cures resin.
-        material: Material of the limbs, for example "tpu95a"; the first that fits the printer unless given.
-        policy: Also run the design's last trained policy with the robot as built; needs the extra "rl".
-        step: Also write each part as STEP; needs the extra "cad".
+        design: An approved design, its folder, or the MJCF file of a robot.
+        out: Output folder; default: export/ in the design's folder, or NAME_export beside the file. An earlier export
+            in it is replaced.
+        printer: Type of 3D printer: "fdm" prints filament, "sla" prints resin.
+        material: Material of the limbs, for example "tpu95a"; default: the first material that the printer can print.
+        policy: Also run the design's last trained policy on the robot as built; requires the extra "rl".
+        step: Also write each part as a STEP file; requires the extra "cad".
 
     Raises:
-        TypeError: `design` is none of these.
-        UserError: There is nothing to export, an extra is missing, or the folder holds something else.
+        TypeError: `design` has another type.
+        UserError: There is nothing to export, an extra is missing, or the output folder holds other files.
         MjcfError: The robot cannot be loaded.
     """
     check_type(design, (str, Path, DesignFolder), "design must be a design, its folder, or the file of a robot")
@@ -375,7 +379,7 @@ def export(
     require_extra("fabrication", "making parts")
     from aidsr.sandbox.pool import warm_up
 
-    warm_up()  # a worker starts while the rest is imported
+    warm_up()  # a worker process starts during the remaining imports
     from aidsr.loop.export import export as export_design
 
     path = design.path if isinstance(design, DesignFolder) else Path(design)
@@ -396,13 +400,14 @@ def assemble(
         report = aidsr.validate(scene.mjcf)
 
     Args:
-        robot: The robot alone: an object, its MJCF, or the path of a file that holds it.
-        environment: MJCF of the environment or its path, or a task, whose sensors are then added too.
-        placement: Where and how the robot stands; on the first mount, or free where the task asks for it, unless given.
-        functional_part: Body or site of the robot that does the work, where the robot is only MJCF.
+        robot: The robot alone: an object, MJCF text, or the path of an MJCF file.
+        environment: MJCF text of the environment or the path of its file; or a task, whose sensors are added as well.
+        placement: Mount and pose of the robot; default: on the first mount, with a free base if the task requires it or
+            if there is no mount.
+        functional_part: Body or site of the robot that does the work; used only if `robot` is not a `Robot`.
 
     Raises:
-        TypeError: An argument is of another type.
+        TypeError: An argument has the wrong type.
         UserError: A file cannot be read.
         MjcfError: The robot or the environment cannot be loaded, or the two cannot become one model.
         IsolationError: Assembly exceeded its limits of time or memory.
@@ -424,24 +429,24 @@ def assemble(
 
 @dataclass(frozen=True)
 class DesignedScene:
-    """A scene, its task, and what its run knows about it."""
+    """A scene, its task, and what its run records about it."""
 
     scene: str | Path
-    """MJCF, or the path of a file."""
+    """MJCF text, or the path of an MJCF file."""
     task: str | Task
     level: Level
     groups: tuple[ActuatorGroup, ...]
-    """Actuators that act together."""
+    """Groups of actuators that act together."""
     home: Path
-    """Folder in which training/ belongs."""
+    """Folder in which training/ is created."""
     script: str = ""
-    """Motion with which its author saw the robot do this job; "" for none."""
+    """Motion with which the author saw the robot do this job; "" for none."""
 
     def as_text(self) -> tuple[str, str | Task, Level, tuple[ActuatorGroup, ...]]:
-        """Return MJCF, task, level and groups, as a child process takes them.
+        """Return MJCF text, task, level and groups, in the form that is passed to a child process.
 
         Raises:
-            UserError: There is no such file.
+            UserError: The file of the scene does not exist.
         """
         from aidsr.learn.episodes.scene import read_mjcf_text
 
@@ -451,8 +456,8 @@ class DesignedScene:
         """Return the scene, loaded for its task in this process.
 
         Raises:
-            UserError: It is not a scene of this task.
-            MjcfError: It cannot be loaded.
+            UserError: The scene does not belong to this task.
+            MjcfError: The scene cannot be loaded.
         """
         from aidsr.learn.episodes.scene import TaskScene
 
@@ -462,17 +467,17 @@ class DesignedScene:
 def find_scene(
     design: Design, task: str | Task = "", *, level: Level | None = None, goal: str | Path = ""
 ) -> DesignedScene:
-    """Return the scene of a design, or a scene as given, and what measures success in it.
+    """Return the scene of a design, or the given scene, with the task or goal that measures success in it.
 
     Args:
         design: A design, its folder, or a scene.
-        task: Task named by the user; a design knows its own.
+        task: Task named by the user; not needed for a design, which records its task.
         level: Level of the task.
-        goal: File of a goal, instead of a task; a run may hold one.
+        goal: Goal file, instead of a task; default for a design: the goal file of its run, if the run has no task.
 
     Raises:
-        TypeError: An argument is of another type.
-        UserError: There is no scene, or nothing measures success.
+        TypeError: An argument has the wrong type.
+        UserError: There is no scene, or neither a task nor a goal measures success.
     """
     from aidsr.tasks import Task
 
@@ -529,10 +534,10 @@ def _scene_of_design(design: DesignFolder, task: str | Task, level: Level | None
 
 
 def _measure(scene: str | Path, task: str | Task, level: Level | None, goal: str | Path) -> str | Task:
-    """Return the task, or the task that a goal makes of the scene.
+    """Return the task, or a task made from the goal file and the scene.
 
     Raises:
-        UserError: There is no such goal, or a level is asked of it.
+        UserError: The goal file cannot be used, or a level was given with a goal.
     """
     if not goal:
         return task

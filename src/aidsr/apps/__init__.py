@@ -1,1 +1,1 @@
-"""The ways in: command line, web app, MCP server."""
+"""User interfaces: command line, web app, MCP server."""

@@ -1,1 +1,1 @@
-"""What every package shares: artifacts, roles, errors, number formats, motors."""
+"""Definitions shared by all packages: artifacts, roles, errors, number formats, motors."""

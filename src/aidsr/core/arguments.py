@@ -1,4 +1,4 @@
-"""Checks of the arguments of the Python API, so that a mistake is one sentence."""
+"""Checks of the arguments of the Python API that report a mistake in one sentence."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from aidsr.core.errors import UserError
 
 
 def check_type(value: object, kinds: Any, sentence: str) -> None:
-    """Refuse a value of another type.
+    """Check the type of an argument.
 
     Args:
-        value: What was given.
-        kinds: The types that are taken, as `isinstance` reads them.
-        sentence: What is taken, as "task must be the name of a task".
+        value: The argument.
+        kinds: Allowed types, in the form that `isinstance` takes.
+        sentence: Requirement for the error message, such as "task must be the name of a task".
 
     Raises:
-        TypeError: It is of none of them.
+        TypeError: The value has none of the allowed types.
     """
     if not isinstance(value, kinds):
         raise TypeError(f"{sentence}, not {reprlib.repr(value)}")
 
 
 def check_whole_number(name: str, value: object, *, least: int) -> None:
-    """Refuse what is no whole number, or one that is too small.
+    """Check that an argument is a whole number and not below a minimum.
 
     Raises:
-        TypeError: It is no whole number.
-        UserError: It is too small.
+        TypeError: The value is not a whole number.
+        UserError: The value is below `least`.
     """
     if not isinstance(value, Integral) or isinstance(value, bool):
         raise TypeError(f"{name} must be a whole number, not {reprlib.repr(value)}")
@@ -39,5 +39,5 @@ def check_whole_number(name: str, value: object, *, least: int) -> None:
 
 
 def as_names(names: str | Collection[str]) -> tuple[str, ...]:
-    """Return names, of which a single one may be given as a string."""
+    """Return names as a tuple; a single name may be given as a string."""
     return (names,) if isinstance(names, str) else tuple(names)

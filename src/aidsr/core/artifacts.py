@@ -1,9 +1,9 @@
-"""What flows through AID-SR, in the order it flows. Read this file first.
+"""The data that the stages of AID-SR pass on, in the order of the stages. Read this file first.
 
     Brief -> Concept -> Robot -> ValidationReport -> Placement -> Scene -> ValidationReport -> Critique -> Decision
 
-Every artifact is an immutable value that can be written to a run folder as JSON and read back equal. Nothing in this
-file computes anything about robots: packages above it make these values and pass them on.
+Every artifact is an immutable value that can be written to a run folder as JSON and read back equal. This file computes
+nothing about robots: other packages create these values and pass them on.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ Layer = Literal["load", "structure", "scope", "simulate", "realizability"]
 
 
 class Artifact(BaseModel):
-    """An immutable value; unknown fields are refused."""
+    """Base class of immutable values; unknown fields are rejected."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
-# --- what is asked ---------------------------------------------------------------------------------------------------
+# --- the job ---------------------------------------------------------------------------------------------------------
 
 
 class GeomSummary(Artifact):
@@ -37,23 +37,23 @@ class GeomSummary(Artifact):
     name: str
     shape: str
     size_m: tuple[float, ...]
-    """MuJoCo's size numbers for this shape: radii and half lengths [m]."""
+    """MuJoCo's `size` of this shape: radii and half lengths [m]."""
     position_m: Vec3
     """Centre in world coordinates at the start of an episode [m]."""
     z_axis: Vec3 = (0.0, 0.0, 1.0)
     """Direction of its own z axis in world coordinates: along a cylinder or capsule, out of a plane."""
     x_axis: Vec3 = (1.0, 0.0, 0.0)
-    """Direction of its own x axis in world coordinates; gives how a box or an ellipsoid is turned about its z axis."""
+    """Direction of its own x axis in world coordinates: the rotation of a box or an ellipsoid about its z axis."""
     solid: bool = True
-    """Whether it can be touched; what cannot is only drawn."""
+    """Whether it takes part in contacts; a shape that does not is only drawn."""
     friction: Vec3 = (1.0, 0.005, 0.0001)
-    """Sliding [1], torsional [m] and rolling [m], as MuJoCo's `friction`."""
+    """Sliding [1], torsional [m] and rolling [m] friction, as MuJoCo's `friction`."""
     priority: int = 0
-    """Of two shapes that touch, the friction of the one with the higher priority holds; of equal ones, the larger."""
+    """In a contact, the friction of the shape with the higher priority applies; with equal priorities, the larger."""
 
 
 class BodySummary(Artifact):
-    """One body of the environment; the world itself is listed when it carries geoms."""
+    """One body of the environment; the world body is listed if it has geoms."""
 
     name: str
     parent: str
@@ -62,7 +62,7 @@ class BodySummary(Artifact):
     joints: tuple[str, ...]
     """Each joint in words, for example "button_slide: slide along 0 0 1, 0 to 0.008 m"."""
     free: bool = False
-    """Whether it has a free joint, and so can move in every direction."""
+    """Whether it has a free joint, so that it can move in every direction."""
     movable: bool = False
     """Whether any joint moves its centre of mass."""
     geoms: tuple[GeomSummary, ...]
@@ -77,19 +77,19 @@ class SiteSummary(Artifact):
 
 
 class MountSummary(Artifact):
-    """A site where a robot may be attached: any site whose name is "mount" or begins with "mount_"."""
+    """A site to which a robot can be attached: any site whose name is "mount" or begins with "mount_"."""
 
     name: str
     position_m: Vec3
     z_axis: Vec3
-    """Direction the robot's own +z takes when it is placed there without rotation, in world coordinates."""
+    """Direction of the robot's +z axis in world coordinates when it is placed there without rotation."""
     x_axis: Vec3
     moved_by: tuple[str, ...]
-    """Environment joints that move this mount; empty for one that stands still."""
+    """Joints of the environment that move this mount; empty if it does not move."""
 
 
 class EnvironmentSummary(Artifact):
-    """The environment as facts read from its MJCF."""
+    """Facts about the environment, read from its MJCF."""
 
     gravity_m_s2: Vec3
     timestep_s: float
@@ -98,16 +98,16 @@ class EnvironmentSummary(Artifact):
     sites: tuple[SiteSummary, ...]
     sensors: tuple[str, ...]
     actuators: tuple[str, ...]
-    """Each by its name and, where it drives a hinge or slide, what its command means: quantity, unit and range."""
+    """Name of each actuator and, if it drives a hinge or slide joint, the quantity, unit and range of its control."""
 
 
 class Keep(Artifact):
-    """A named part of a robot that must stay as it is, with everything inside it."""
+    """A named element of a robot that must stay unchanged, with everything inside it."""
 
     name: str
-    """Of a body, tendon, actuator or any other element of the MJCF."""
+    """Name of a body, tendon, actuator or any other MJCF element."""
     but: tuple[str, ...] = ()
-    """MJCF attributes that may change all the same, such as "stiffness"."""
+    """MJCF attributes that may still change, such as "stiffness"."""
 
 
 class Brief(Artifact):
@@ -115,26 +115,26 @@ class Brief(Artifact):
 
     objective: str
     task: str = ""
-    """Name of the benchmark task, empty for an objective in the user's own words."""
+    """Name of the benchmark task; empty for an objective in the user's own words."""
     environment: str
     """MJCF of the environment, without a robot."""
     summary: EnvironmentSummary
     base: Base = "any"
-    """What the task does with the robot's root: "fixed" to a mount, "free" on the ground, "moving" with a mount that
-    the environment drives, or "any" when the Scene Integrator may choose."""
+    """How the task holds the robot's root: "fixed" to a mount, "free" on the ground, "moving" with a mount that the
+    environment drives, or "any" if the Scene Integrator may choose."""
     needs_contact: bool = False
-    """Whether the job can only be done by touching something."""
+    """Whether the job can only be done with contact."""
     judging: dict[str, str] = Field(default_factory=dict)
-    """How the task is judged: what differs between episodes, what counts and what does not, by a title each."""
+    """How success is judged, as text by title: what varies between episodes, what counts and what does not."""
     starting_robot: str = ""
-    """MJCF of a robot the user brought along to start from, empty otherwise."""
+    """MJCF of a robot that the user supplied as a starting point; empty if there is none."""
     keep: tuple[Keep, ...] = ()
-    """What of the starting robot must stay as it is."""
+    """Parts of the starting robot that must stay unchanged."""
     lessons: tuple[str, ...] = ()
-    """What earlier designs measured, a paragraph each, where the run was given a memory."""
+    """Measurements of earlier designs, one paragraph each; empty if the run uses no memory."""
 
 
-# --- what the team makes ---------------------------------------------------------------------------------------------
+# --- what the team designs -------------------------------------------------------------------------------------------
 
 
 class ActuatorGroup(Artifact):
@@ -149,25 +149,26 @@ class ActuatorGroup(Artifact):
 
 
 class Concept(Artifact):
-    """One idea of the Designer."""
+    """One design idea of the Designer."""
 
     name: str
     interpretation: str
-    """What the task demands of a body, before any robot is thought of."""
+    """What the task requires of a robot, stated before any robot is designed."""
     morphology: str
     actuation: str
     functional_part: str
-    """Which part does the work, in words or as the name it should get in the MJCF."""
+    """Part that does the work, described in words or by the name that it should get in the MJCF."""
     family: str
-    """Short label of the morphology, for example "arm" or "three-finger gripper"; concepts of a run should differ."""
+    """Short label of the morphology, for example "arm" or "three-finger gripper"; concepts of one run should
+    differ."""
     parameters: dict[str, float] = Field(default_factory=dict)
-    """Numbers the idea fixes, SI units in their names: {"length_m": 0.3, "segments": 12}."""
+    """Numbers that the concept fixes, with SI units in their names: {"length_m": 0.3, "segments": 12}."""
     actuator_groups: tuple[ActuatorGroup, ...] = ()
     rationale: str = ""
 
 
 class Robot(Artifact):
-    """The MJCF of a robot alone, and its author's notes."""
+    """A robot without an environment: its MJCF and its author's notes."""
 
     mjcf: str
     functional_part: str
@@ -175,7 +176,7 @@ class Robot(Artifact):
     actuator_groups: tuple[ActuatorGroup, ...] = ()
     notes: str = ""
     script: str = ""
-    """Motion with which its author saw it do the job, in the notation of `aidsr.learn.openloop.script`; "" for none."""
+    """Motion with which the author saw it do the job, in the notation of `aidsr.learn.openloop.script`; "" for none."""
 
 
 class Repairs(Artifact):
@@ -190,7 +191,7 @@ class Repairs(Artifact):
 
     @property
     def total(self) -> int:
-        """How many repairs were made."""
+        """Number of repairs."""
         return sum(self.counts.values())
 
 
@@ -218,15 +219,15 @@ class Placement(Artifact):
 
 
 class Scene(Artifact):
-    """MJCF of a robot placed in an environment. The robot's names all begin with "robot/"."""
+    """MJCF of a robot placed in an environment. All names of the robot begin with "robot/"."""
 
     mjcf: str
     placement: Placement
     notes: tuple[str, ...] = ()
-    """What assembly changed, one sentence each: scaled, floor removed, free joint added."""
+    """Changes made by assembly, one sentence each: robot scaled, floor removed, free joint added."""
 
 
-# --- what is found ---------------------------------------------------------------------------------------------------
+# --- results ---------------------------------------------------------------------------------------------------------
 
 
 class Fault(Artifact):
@@ -260,7 +261,7 @@ class Fault(Artifact):
 
 
 _VERDICTS = ("sound", "in_scope")
-"""Verdicts of a report that follow from its faults."""
+"""Fields of a report that are computed from its faults."""
 
 
 class ValidationReport(Artifact):
@@ -281,7 +282,7 @@ class ValidationReport(Artifact):
     @model_validator(mode="before")
     @classmethod
     def _without_verdicts(cls, data: Any) -> Any:
-        """The verdicts of a file are computed again from its faults."""
+        """Drop the verdicts that a file holds: they are recomputed from its faults."""
         return {k: v for k, v in data.items() if k not in _VERDICTS} if isinstance(data, dict) else data
 
     @computed_field  # type: ignore[prop-decorator]
@@ -309,17 +310,17 @@ class ValidationReport(Artifact):
     def account(self, max_bytes: int = 1600) -> str:
         """Return the report as plain text, one line per fault code, errors first.
 
-        Faults of one code share a line. What does not fit is counted by code in the last line; all of it stands in the
-        report itself.
+        Faults with the same code share a line. Codes that do not fit are listed in the last line; the report itself has
+        all faults.
 
         Args:
-            max_bytes: Bound on the text in UTF-8, at least 200.
+            max_bytes: Maximum length of the text in UTF-8 [bytes], at least 200.
         """
         return format_faults((*self.errors, *self.warnings), max_bytes)
 
 
 class CritiqueIssue(Artifact):
-    """One reason why the Judge does not pass a scene."""
+    """One reason why the Judge rejected a scene."""
 
     blame: Literal["designer", "coder", "integrator"]
     component: str
@@ -334,7 +335,7 @@ class Critique(Artifact):
     summary: str = ""
     issues: tuple[CritiqueIssue, ...] = ()
     progress: float | None = None
-    """How far the scene came without learning, 0 to 1, where the Judge measured that."""
+    """Progress of the scene without learning, 0 to 1; None if the Judge did not measure it."""
 
     @model_validator(mode="after")
     def _reasons_with_a_fail(self) -> Self:
@@ -344,12 +345,12 @@ class Critique(Artifact):
 
 
 class Decision(Artifact):
-    """The person's answer to a judged scene."""
+    """A person's decision on a scene that the Judge passed."""
 
     verdict: Literal["approve", "refine", "quit"]
     text: str = ""
     keep: tuple[Keep, ...] = ()
-    """What a refinement must leave as it is."""
+    """Parts that a refinement must leave unchanged."""
 
     @model_validator(mode="after")
     def _refine_says_what(self) -> Self:
@@ -359,23 +360,24 @@ class Decision(Artifact):
 
 
 class PassedLimit(Artifact):
-    """A limit of a goal that was passed in an episode."""
+    """A limit of a goal that was exceeded in an episode."""
 
     limit: str
-    """What it is about, as "force on panel"."""
+    """Name of the limited quantity, such as "force on panel"."""
     worst: float
     """Largest value in the episode, in `unit`."""
     allowed: float
-    """Largest value that passes nothing, in `unit`."""
+    """Largest allowed value, in `unit`."""
     unit: str
     time_s: float
-    """How long it was passed altogether [s]."""
+    """Total time for which the limit was exceeded [s]."""
     tolerated_s: float = 0.0
-    """How long may pass in all limits together in an episode that still succeeds [s]."""
+    """Total time for which limits of the goal may be exceeded in an episode that still succeeds [s]; 0 for limits that
+    are not counted this way."""
 
     @property
     def text(self) -> str:
-        """The same as a clause, such as "force on panel 7.1 N of 6 N allowed, for 0.8 s of 0.2 s tolerated"."""
+        """The limit in words, such as "force on panel 7.1 N of 6 N allowed, for 0.8 s of 0.2 s tolerated"."""
         much = f"{self.worst:.3g} {self.unit}"
         much += f" of {self.allowed:.3g} {self.unit} allowed" if self.allowed else " deep"
         tolerated = f" of {self.tolerated_s:.3g} s tolerated" if self.tolerated_s else ""
@@ -383,34 +385,35 @@ class PassedLimit(Artifact):
 
 
 class EpisodeResult(Artifact):
-    """How one episode of a trained policy went."""
+    """Result of one episode of a policy."""
 
     variation: int
     """Index among the variations of its split."""
     ended: Literal["succeeded", "failed", "out_of_time", "diverged"]
     progress: float
+    """Progress at the end of the episode, 0 to 1."""
     best_progress: float
-    """The largest at any time, 0 to 1; `progress` is that at the end."""
+    """Largest progress at any time of the episode, 0 to 1."""
     reward: float
-    """Sum over the episode."""
+    """Sum of the rewards of the episode."""
     time_s: float
     reached: str = ""
-    """The stage that it came to, in words; empty in older results."""
+    """Stage that was reached, in words; empty in older results."""
     held_s: float = 0.0
-    """The longest that the goal held without a break [s]."""
+    """Longest time for which the goal held without interruption [s]."""
     passed: tuple[PassedLimit, ...] = ()
-    """Limits of a goal that it passed, for however short a time."""
+    """Limits of the goal that were exceeded for any length of time."""
 
 
 class PlausibilityCheck(Artifact):
-    """One condition of a valid result: what was measured (None where nothing could be), and whether it holds."""
+    """One condition of a valid result: the measured value (None if it could not be measured), and whether it passed."""
 
     name: str
     passed: bool
     measured: float | None
     limit: float
     bound: Literal["at most", "at least", "limit"] = "limit"
-    """On which side of the limit to be; older results have none."""
+    """Direction of the limit; "limit" in older results, which do not record it."""
     unit: str = ""
     message: str
 
@@ -426,24 +429,24 @@ PerturbationKind = Literal[
     "high_cable_friction",
     "combined",
 ]
-"""In which way a scene is made to differ from its model; see docs/learning.md, robustness."""
+"""Kind of difference between a perturbed scene and its model; see docs/learning.md, robustness."""
 
 
 class PerturbedEpisodes(Artifact):
-    """How a policy does when the scene differs from its model in one way, at the variations of its evaluation."""
+    """Results of a policy in scenes that differ from their model in one way, on the variations of its evaluation."""
 
     model_config = ConfigDict(extra="ignore")
 
     kind: PerturbationKind
     summary: str
-    """What differs, in words."""
+    """The difference in words."""
     episodes: Annotated[int, Field(ge=1)]
     succeeded: tuple[int, ...]
-    """Indices of the variations that succeeded."""
+    """Indices of the variations whose episodes succeeded."""
     diverged: int = 0
-    """Episodes in which the simulation diverged."""
+    """Number of episodes in which the simulation diverged."""
     nominal_successes: int
-    """Episodes that succeed without the perturbation."""
+    """Number of episodes that succeed without the perturbation."""
 
     @computed_field  # type: ignore[prop-decorator]
     @property
@@ -454,40 +457,40 @@ class PerturbedEpisodes(Artifact):
     @computed_field  # type: ignore[prop-decorator]
     @property
     def success_interval(self) -> tuple[float, float]:
-        """Its Wilson interval at 95 %."""
+        """Bounds of the 95 % Wilson interval of `success_share`."""
         return self.success_rate.interval.low, self.success_rate.interval.high
 
     @property
     def success_rate(self) -> Rate:
-        """Episodes that succeeded, of all."""
+        """Number of successful episodes, out of all."""
         return Rate(len(self.succeeded), self.episodes)
 
     @computed_field  # type: ignore[prop-decorator]
     @property
     def kept_share(self) -> float | None:
-        """Successes as a share of those without the perturbation; None where there are none."""
+        """Successes as a share of the successes without the perturbation; None if there are none of those."""
         return len(self.succeeded) / self.nominal_successes if self.nominal_successes else None
 
 
 SUCCESSFUL_SHARE = 0.5
-"""Of its episodes that a successful policy wins, at least. Source: the paper's binary rate."""
+"""Least share of successful episodes of a successful policy. Source: the paper's binary rate."""
 
 
 class MeanAction(Artifact):
-    """What the mean action of a policy wins alone, held from the beginning of an episode to its end."""
+    """Result of holding the mean action of a policy constant over whole episodes, instead of running the policy."""
 
     action: tuple[float, ...]
-    """Mean over all control steps of the episodes that the policy won, -1 to 1, one number for each group."""
+    """Mean over all control steps of the policy's successful episodes, -1 to 1, one number for each actuator group."""
     succeeded: int
-    """Episodes that it wins."""
+    """Number of replayed episodes that succeed with the mean action."""
     of: int
-    """Of so many that the policy won."""
+    """Number of replayed episodes; the policy succeeds in all of them."""
 
 
 class Evaluation(Artifact):
-    """What a trained policy did at variations of its task it had never seen, and whether to believe it.
+    """Results of a trained policy on variations of its task that it had never seen, and checks of their plausibility.
 
-    The verdict stands in the file as well; when the file is read, it is computed again from episodes and checks.
+    The verdict is also written to the file; when the file is read, it is recomputed from the episodes and checks.
     """
 
     model_config = ConfigDict(extra="ignore")
@@ -498,25 +501,25 @@ class Evaluation(Artifact):
     episodes: Annotated[tuple[EpisodeResult, ...], Field(min_length=1)]
     checks: tuple[PlausibilityCheck, ...]
     versions: dict[str, str] = Field(default_factory=dict)
-    """Of Python and of the packages that shape a result."""
+    """Versions of Python and of the packages that affect a result."""
     hold_s: float = 0.0
-    """How long the goal has to hold without a break [s]; 0 in older results."""
+    """Time for which the goal has to hold without interruption [s]; 0 in older results."""
     split: Literal["held_out", "development"] = "held_out"
-    """Only held-out variations score a design; a verdict on others is advice to its designers."""
+    """Split of the variations. Only held-out ones score a design; results on development ones are for its designers."""
     perturbed: tuple[PerturbedEpisodes, ...] = ()
-    """The same variations in scenes that differ from their model, where asked for; the verdict leaves them out."""
+    """Results on the same variations in perturbed scenes, if requested; they do not affect the verdict."""
     mean_action: MeanAction | None = None
-    """Whether a policy is needed at all; the verdict leaves it out. None where the policy won nothing, and in older
-    results."""
+    """Test of whether a policy is needed at all; it does not affect the verdict. None if no episode succeeded, and in
+    older results."""
     commit: str = ""
-    """Of the source that evaluated, "-dirty" where files differed from it; a version where it was installed from a
-    package; empty in results of before it was kept."""
+    """Commit of the source code that evaluated, with "-dirty" if files differed from it; the package version if it was
+    installed as a package; empty in older results."""
     processor: str = ""
-    """That evaluated; the last digits of a simulation depend on it."""
+    """Processor that evaluated; the last digits of a simulation depend on it."""
     scene_sha256: str = ""
-    """Of the scene's text."""
+    """SHA-256 of the scene's MJCF text."""
     policy_sha256: str = ""
-    """Of the policy's weights and normalisation; empty for what is no trained policy."""
+    """SHA-256 of the policy's weights and normalisation; empty if the policy was not trained."""
 
     @computed_field  # type: ignore[prop-decorator]
     @property
@@ -526,42 +529,44 @@ class Evaluation(Artifact):
 
     @property
     def success_rate(self) -> Rate:
-        """Episodes that succeeded, of all, with their interval."""
+        """Number of successful episodes, out of all, with its interval."""
         return Rate(sum(episode.ended == "succeeded" for episode in self.episodes), len(self.episodes))
 
     @computed_field  # type: ignore[prop-decorator]
     @property
     def valid(self) -> bool:
-        """Trained without failure and plausible as a continuum robot: every check passed."""
+        """Whether every check passed: trained without failure and plausible as a continuum robot."""
         return all(check.passed for check in self.checks)
 
     @computed_field  # type: ignore[prop-decorator]
     @property
     def successful(self) -> bool:
-        """Valid, and success in at least half of the episodes."""
+        """Whether the result is valid and at least half of the episodes succeeded."""
         return self.valid and self.success_share >= SUCCESSFUL_SHARE
 
 
 class Attempt(Artifact):
-    """One search for a motion that does the job blindly, in one variation, and how far its best motion came."""
+    """One search for an open-loop motion that does the job in one variation, and the result of its best motion."""
 
     how: Literal["search", "script"]
-    """Among motions of a few numbers; or among scripts of waypoints, from the best of the motions."""
+    """"search": among motions with a few parameters. "script": among scripts of waypoints, starting from the best of
+    those motions."""
     seed: int
     variation: int
     """Index among the development variations."""
     tried: int
-    """Motions that were played."""
+    """Number of motions that were played."""
     progress: float
+    """Progress of the best motion, 0 to 1."""
     reached: str
-    """The same in words."""
+    """Stage that the best motion reached, in words."""
     decisive: bool
-    """Whether it reached the decisive stage of the task."""
+    """Whether the best motion reached the decisive stage of the task."""
     succeeded: bool
 
 
 class TaskReport(Artifact):
-    """Where a stable scene stops on its task when it is tried without learning, and whose work that is."""
+    """Result of trying a stable scene on its task without learning: where it stops, and which role is responsible."""
 
     phase: Literal[
         "solved",
@@ -575,19 +580,19 @@ class TaskReport(Artifact):
         "not_valid",
     ]
     progress: float
-    """Mean over the searches."""
+    """Mean progress of the searches, 0 to 1."""
     critique: Critique
     attempts: tuple[Attempt, ...] = ()
     start_progress: float = 0.0
-    """Before anything moves."""
+    """Progress before anything moves."""
     account: str = ""
-    """What was tried and what happened, in figures; several lines."""
+    """Trials and their results with figures, as text of several lines."""
     policy: Evaluation | None = None
-    """What a policy did after a short training, where one was asked for."""
+    """Evaluation of a policy after a short training, if one was requested."""
 
     @property
     def spread(self) -> tuple[float, float]:
-        """Least and greatest progress of the searches."""
+        """Smallest and largest progress of the searches."""
         found = [attempt.progress for attempt in self.attempts if attempt.how == "search"] or [self.progress]
         return min(found), max(found)
 
@@ -600,4 +605,4 @@ class Outcome(Artifact):
     iteration: int | None = None
     """Folder number of the iteration that was approved or given up."""
     limits: tuple[Limit, ...] = ()
-    """Which limits a design that is out of budget came to."""
+    """Limits that ended a design that is out of budget."""

@@ -1,4 +1,4 @@
-"""What is asked of a language model, what it answered, and what that cost."""
+"""Requests to language models, their replies, and their cost."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from pydantic import (
 from aidsr.core.artifacts import Artifact, Role
 
 Finish = Literal["stop", "length", "refusal", "other", "failed"]
-"""How a reply ended; a call that "failed" brought none."""
+"""How a reply ended; "failed" means that there was no reply."""
 
 
 def _decoded(value: object) -> object:
@@ -29,30 +29,30 @@ def _encoded(value: bytes) -> str:
 
 
 Png = Annotated[bytes, BeforeValidator(_decoded), PlainSerializer(_encoded, return_type=str, when_used="json")]
-"""A picture; base64 where it is written as JSON."""
+"""A PNG picture; base64 in JSON."""
 
 
 class ToolSpec(Artifact):
-    """A tool that a model may call."""
+    """A tool that a language model may call."""
 
     name: str
     description: str
     parameters: dict[str, Any]
-    """JSON schema of its arguments, an object."""
+    """JSON schema of its arguments; the type is "object"."""
 
 
 class ToolCall(Artifact):
     """A model's call of a tool."""
 
     id: str
-    """By which the result is matched."""
+    """Identifier that links the result to the call."""
     name: str
     arguments: str
-    """As the model wrote them: JSON, or what was meant to be."""
+    """Arguments as the model wrote them: JSON, possibly malformed."""
 
 
 class ToolOutput(Artifact):
-    """The result of a call, for the model."""
+    """The result of a tool call, as sent to the model."""
 
     id: str
     name: str
@@ -60,7 +60,7 @@ class ToolOutput(Artifact):
 
 
 class _MayUseTools(Artifact):
-    """Is written without its fields about tools where they are empty, as in files from before there were any."""
+    """Base class that omits empty fields about tools when serialized, as in files from before tools existed."""
 
     @model_serializer(mode="wrap")
     def _without_empty(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -74,31 +74,31 @@ class Message(_MayUseTools):
     role: Literal["system", "user", "assistant"]
     text: str
     pictures: tuple[Png, ...] = ()
-    """Shown after the text; of a user's turn only, and only to a model that takes images."""
+    """Pictures after the text; only in a user turn, and only for a model that accepts images."""
     tool_calls: tuple[ToolCall, ...] = ()
-    """Made after the text; of an assistant's turn only."""
+    """Tool calls after the text; only in an assistant turn."""
     tool_outputs: tuple[ToolOutput, ...] = ()
-    """Before the text; of a user's turn only, which follows the calls."""
+    """Results of tool calls, before the text; only in the user turn that follows the calls."""
 
 
 class Question(_MayUseTools):
-    """Everything that is sent to a language model in one call."""
+    """A request: everything that is sent to a language model in one call."""
 
     role: Role
     """Which of the four roles makes the call."""
     messages: tuple[Message, ...]
     max_output_tokens: int = 20_000
     tools: tuple[ToolSpec, ...] = ()
-    """That the model may call; only for one that can, see `aidsr.core.model.calls_tools`."""
+    """Tools that the model may call; only for a model that supports tools, see `aidsr.core.model.calls_tools`."""
 
 
 Count = Annotated[int, Field(ge=0, le=10**15)]
-"""Of calls, tokens or steps; in a file of others a number can be larger than any float."""
+"""Number of calls, tokens or steps. It is bounded because a file from elsewhere may hold one larger than any float."""
 _Amount = Annotated[float, Field(ge=0, le=1e15)]
 
 
 class Usage(Artifact):
-    """Tokens, money and time of one call or of many."""
+    """Tokens, cost and time of one call or of several calls."""
 
     model_config = ConfigDict(allow_inf_nan=False)
 
@@ -106,22 +106,22 @@ class Usage(Artifact):
     input_tokens: Count = 0
     cached_input_tokens: Count = 0
     output_tokens: Count = 0
-    """Reasoning included."""
+    """Output tokens, including reasoning."""
     tokens_estimated: bool = False
-    """Whether tokens were, at least in part, estimated from visible text, because the provider does not count them."""
+    """Whether some tokens were estimated from the visible text because the provider does not count them."""
     cost_usd: _Amount | None = 0.0
-    """None when a price is unknown; unknown is never counted as free."""
+    """Cost; None if a price is unknown. An unknown price is never counted as free."""
     replayed_cost_usd: _Amount | None = 0.0
-    """What replayed calls cost when they were recorded; not paid again. None when that is unknown."""
+    """Cost of replayed calls when they were recorded, which is not paid again; None if unknown."""
     latency_s: _Amount = 0.0
     retries: Count = 0
 
     def __add__(self, other: Usage) -> Usage:
-        """Return the sum; one unknown price makes the sum unknown."""
+        """Return the sum; if one price is unknown, the sum is unknown."""
         once_known = self.replayed_cost_usd is not None and other.replayed_cost_usd is not None
         once = (self.replayed_cost_usd or 0.0) + (other.replayed_cost_usd or 0.0)
         known = self.cost_usd is not None and other.cost_usd is not None
-        return Usage.model_construct(  # the sum of two that are within their bounds is not checked
+        return Usage.model_construct(  # not validated: both terms are within their bounds
             calls=self.calls + other.calls,
             input_tokens=self.input_tokens + other.input_tokens,
             cached_input_tokens=self.cached_input_tokens + other.cached_input_tokens,
@@ -135,18 +135,18 @@ class Usage(Artifact):
 
 
 class FailedAttempt(Artifact):
-    """One attempt at a call that brought no reply and was tried again."""
+    """One attempt at a call that gave no usable reply and was retried."""
 
     error: str
     waited_s: float
     """Pause before the next attempt [s]."""
     usage: Usage = Usage()
-    """What a reply that could not be read was billed for: as its server reports it, else estimated; not known for an
-    attempt without a reply."""
+    """Billed usage of a reply that could not be read: as reported by the server, else estimated; unknown for an attempt
+    without a reply."""
 
 
 class CallRecord(_MayUseTools):
-    """One call, complete: enough to replay its answer without the model."""
+    """Complete record of one call, sufficient to replay the reply without the model."""
 
     question: Question
     model: str

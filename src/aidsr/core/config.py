@@ -1,7 +1,7 @@
-"""`RunConfig`: every setting of a run, once. The Python API, the command line, the web app and studies derive from it.
+"""`RunConfig`: the single definition of every setting of a run, used by the API, command line, web app and studies.
 
-To add a setting, add a field: its description is the help of the command line, its title the label of the web app, its
-bounds hold everywhere, and its default is what files written before mean.
+To add a setting, add a field. Its description becomes the help text of the command line and its title the label in the
+web app; its bounds apply everywhere; its default is used for files written before the setting existed.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from aidsr.core.errors import UserError
 from aidsr.core.suggestions import closest_name
 
 BUILTIN = "builtin"
-"""Model name of the rules. They are no language model, need no key and cost nothing."""
+"""Model name of the built-in rules, which are not a language model, need no API key and cost nothing."""
 
 STUDY_ONLY = "study only"
-"""Marks a field that is set by studies and scripts; the command line and the web app do not offer it."""
+"""Marker of a field that only studies and scripts set; the command line and the web app do not offer it."""
 
 Method = Literal[
     "full", "no_judge", "no_integrator", "no_judge_or_integrator", "no_validation", "no_feedback", "direct"
 ]
-"""The full method, or an ablation: "no_feedback" has neither validation nor Judge, "direct" is one call to a model."""
+"""The full method, or an ablation: "no_feedback" has neither validation nor Judge; "direct" is a single model call."""
 
 StudyMethod = Literal[
     "full",
@@ -42,17 +42,21 @@ StudyMethod = Literal[
     "task_feedback",
     "measuring",
 ]
-"""Ways of designing that a study can compare. The paper's: the full method; with a person's feedback as one more round
-on the same designs, or as the only feedback; and without its parts. Ours: without mechanical repairs, without actuators
-that act together, with feedback from the task, and by one model that measures instead of the four roles."""
+"""Methods that a study can compare.
+
+From the paper: the full method ("full"); with a person's feedback as an additional round on the same designs ("human")
+or as the only feedback ("human_only"); and ablations ("no_judge", "no_integrator", "no_judge_or_integrator",
+"no_validation", "direct"). Additional: without mechanical repairs ("no_repairs"), without actuator groups
+("no_groups"), with training from a probed motion ("from_probe"), with feedback from the task ("task_feedback"), and
+with one model that measures instead of the four roles ("measuring")."""
 
 Protocol = Literal["best", "paper"]
-"""How a policy is trained, see `aidsr.learn.rl.recipe.PROTOCOLS`: "best" is soft actor-critic on held actions, what
-studies, tables and the benchmark use; "paper" is PPO, kept for comparison with published numbers and old plans."""
+"""How a policy is trained, see `aidsr.learn.rl.recipe.PROTOCOLS`. "best" is soft actor-critic with held actions;
+studies, tables and the benchmark use it. "paper" is PPO, for comparison with published results and old study plans."""
 
 
 class Budget(Artifact):
-    """What a run may use of a language model. None is no limit. A call that could exceed one is not made."""
+    """Limits on a run's use of language models; None: no limit. A call that might exceed one is not made."""
 
     tokens: Annotated[
         int | None,
@@ -89,19 +93,19 @@ class Budget(Artifact):
 
     @property
     def limits_cost(self) -> bool:
-        """Whether money is limited, for which prices must be known."""
+        """Whether cost is limited, which requires known prices."""
         return self.cost_usd is not None or self.cost_per_design_usd is not None
 
 
 class RunConfig(Artifact):
-    """Every setting of a run. The defaults are the paper's where the paper names one.
+    """All settings of a run. The defaults are those of the paper where the paper gives one.
 
         config = aidsr.RunConfig(concepts=5, seed=1)
         run = aidsr.design(task="gap", config=config)
         run = aidsr.design(task="gap", concepts=5, seed=1)  # the same
 
     Raises:
-        ValidationError: A value is out of bounds, or there is no such setting.
+        ValidationError: A value is out of bounds, or a setting does not exist.
     """
 
     model: Annotated[
@@ -170,7 +174,7 @@ class RunConfig(Artifact):
             description="Stop a design when a role gets the same request again and nothing has improved.",
         ),
     ] = True
-    """The paper's method has no such rule: studies of it switch it off."""
+    """The paper's method has no such rule; studies of that method switch it off."""
     search_robots: Annotated[
         int,
         STUDY_ONLY,
@@ -182,7 +186,7 @@ class RunConfig(Artifact):
             "each robot takes seconds on one core.",
         ),
     ] = 32
-    """Our choice: minutes of one core."""
+    """Our choice: takes minutes on one core."""
     judge_pictures: Annotated[
         bool,
         Field(
@@ -199,7 +203,7 @@ class RunConfig(Artifact):
             "send a scene that falls short back to the responsible role; requires a task or a goal.",
         ),
     ] = False
-    """The paper names this as missing from its method."""
+    """The paper states that its method lacks this."""
     task_rounds: Annotated[
         int,
         Field(
@@ -222,7 +226,7 @@ class RunConfig(Artifact):
         ),
     ] = 0
     budget: Annotated[Budget, Field(description="Limits of tokens and cost of a model.")] = Budget()
-    """As given at the start; a later one may replace it, see `aidsr.resume`."""
+    """Budget at the start of the run; a later one may replace it, see `aidsr.resume`."""
     team: Annotated[
         Literal["four_roles", "measuring"],
         Field(
@@ -240,7 +244,7 @@ class RunConfig(Artifact):
             description="Maximum number of tool calls for each design, with --team measuring.",
         ),
     ] = 80
-    """Our choice: twice what a design took that was measured by hand."""
+    """Our choice: twice the number that a design measured by hand took."""
     tool_minutes: Annotated[
         int,
         Field(
@@ -258,11 +262,11 @@ class RunConfig(Artifact):
             "lessons of the most similar jobs. Empty for none.",
         ),
     ] = ""
-    """Benchmarks leave it empty unless it is what they measure."""
+    """Benchmarks leave it empty unless they measure its effect."""
     memory_without_task: Annotated[
         bool, STUDY_ONLY, Field(description="Leave out the lessons of the run's own task.")
     ] = False
-    """For measuring whether lessons carry over to a task that has no part in them."""
+    """Used to measure whether lessons transfer to a task that they do not come from."""
     text_tools: Annotated[
         bool,
         Field(
@@ -287,19 +291,19 @@ class RunConfig(Artifact):
     ] = ""
 
     def updated(self, settings: Mapping[str, Any]) -> RunConfig:
-        """Return this configuration with other values of some settings.
+        """Return this configuration with some settings replaced.
 
         Raises:
-            UserError: There is no such setting, or a value is out of bounds.
+            UserError: A setting does not exist, or a value is out of bounds.
         """
         return checked_config({**dict(self), **settings})
 
 
 def checked_config(settings: Mapping[str, Any]) -> RunConfig:
-    """Return the configuration with these settings, the rest as by default.
+    """Return the configuration with these settings and the defaults for all others.
 
     Raises:
-        UserError: There is no such setting, with the nearest name, or a value is out of bounds.
+        UserError: A setting does not exist (the message suggests the closest name), or a value is out of bounds.
     """
     for name in settings:
         if name not in RunConfig.model_fields:
@@ -316,11 +320,11 @@ def checked_config(settings: Mapping[str, Any]) -> RunConfig:
 
 
 def run_settings() -> dict[str, FieldInfo]:
-    """Return the fields that a person sets for a run, by name; the command line and the web app offer them."""
+    """Return the settings that the command line and the web app offer, by name."""
     return {name: field for name, field in RunConfig.model_fields.items() if STUDY_ONLY not in field.metadata}
 
 
 def bounds(field: FieldInfo) -> dict[str, float]:
-    """Return the bounds of a field: "ge", "gt", "le" and "multiple_of", those that it has."""
+    """Return the bounds that a field has, by name: "ge", "gt", "le" and "multiple_of"."""
     names = ("ge", "gt", "le", "multiple_of")
     return {name: getattr(each, name) for each in field.metadata for name in names if hasattr(each, name)}

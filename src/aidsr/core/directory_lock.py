@@ -1,4 +1,4 @@
-"""A lock on a directory for one owner at a time; the operating system releases it when the process dies."""
+"""A lock that gives a directory to one owner at a time; the operating system releases it when the process dies."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from pathlib import Path
 from aidsr.core.errors import UserError
 
 LOCK_FILE = ".in_use"
-"""Empty; locked by the process that has taken the directory."""
+"""Empty file that is locked by the process that owns the directory."""
 
 _GLANCES_S = (0.01, 0.05)
-"""Pauses before a directory counts as taken [s]: who looks whether a lock is held has it for an instant."""
+"""Pauses between attempts to lock a directory [s]: a process that only tests the lock holds it for an instant."""
 
 
 class DirectoryLock:
-    """Locks a directory until `release` is called or the object is garbage-collected.
+    """Lock on a directory, held until `release` is called or the object is garbage-collected.
 
-    On Windows, and on file systems without locks, nothing is locked and nothing is raised.
+    On Windows, and on file systems without locks, nothing is locked and no error is raised.
 
     Raises:
         UserError: Another run, in this or another process, holds the lock.
@@ -31,11 +31,11 @@ class DirectoryLock:
             os.close(file)
             raise UserError(f"{directory} is locked by another run; choose another directory, or wait")
         self.release = weakref.finalize(self, os.close, file)
-        """Releases the lock; a second call does nothing."""
+        """Release the lock; a second call does nothing."""
 
 
 def _locked(file: int) -> bool:
-    """Try to lock an open file; return whether that succeeded."""
+    """Try to lock an open file, and return whether that succeeded."""
     try:
         import fcntl
     except ImportError:  # Windows

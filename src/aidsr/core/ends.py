@@ -1,4 +1,4 @@
-"""Where episodes end, in words: how far they came, how long the goal was held, which limits were passed."""
+"""Results of episodes in words: stage reached, time for which the goal was held, limits exceeded."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from aidsr.core.artifacts import EpisodeResult, Evaluation, PassedLimit
 
 
 def ends_in_words(episodes: Sequence[EpisodeResult], hold_s: float) -> list[str]:
-    """Return a line for each way in which episodes ended, the most frequent first, and one for each limit they passed.
+    """Return a line for each way in which episodes ended, the most frequent first, and one for each exceeded limit.
 
     Args:
         episodes: The episodes.
-        hold_s: How long the goal has to hold without a break [s].
+        hold_s: Time for which the goal has to hold without interruption [s].
 
     Returns:
-        Nothing for episodes of older results, which do not say.
+        The lines; none for episodes of older results, which do not record where they ended.
     """
     alike: dict[str, list[EpisodeResult]] = {}
     for episode in episodes:
@@ -35,7 +35,7 @@ def ends_in_words(episodes: Sequence[EpisodeResult], hold_s: float) -> list[str]
 
 
 def mean_action_in_words(evaluation: Evaluation) -> list[str]:
-    """Return in a line what the mean action of a policy wins alone; nothing where that was not measured."""
+    """Return a line with the success of the constant mean action of a policy; empty if it was not measured."""
     found = evaluation.mean_action
     if found is None:
         return []
@@ -47,12 +47,12 @@ def mean_action_in_words(evaluation: Evaluation) -> list[str]:
 
 
 def rules_in_words(episodes: Sequence[EpisodeResult], *, time_limit_s: float, failure: str) -> str:
-    """Return in a line by which rule how many episodes ended.
+    """Return a line that counts episodes by the rule that ended them.
 
     Args:
         episodes: The episodes.
-        time_limit_s: Of the task [s].
-        failure: What ends an episode of the task as lost, as a sentence; empty where nothing does.
+        time_limit_s: Time limit of the task [s].
+        failure: Condition that ends an episode of the task as failed, as a sentence; empty if there is none.
     """
     rule = f"the task's own rule ({failure.rstrip('.')})" if failure else "the task's own rule"
     rules = {
@@ -76,7 +76,7 @@ def _words(episode: EpisodeResult) -> str:
 
 
 def _stage(alike: Sequence[EpisodeResult], hold_s: float) -> str:
-    """Return how far episodes came that came equally far."""
+    """Return the result of episodes that ended alike, in words, with the longest time for which the goal was held."""
     words, held_s = _words(alike[0]), max(episode.held_s for episode in alike)
     if alike[0].ended == "succeeded" or not (held_s and hold_s):
         return words

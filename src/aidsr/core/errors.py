@@ -1,17 +1,18 @@
 """The exceptions of AID-SR.
 
-A bad design is never an exception: the validator returns it as faults (see `aidsr.core.artifacts.Fault`). What is left:
+A bad design is never an exception: the validator reports its faults (see `aidsr.core.artifacts.Fault`). The exceptions:
 
     AidsrError
-    ├── UserError         the person must change something: one sentence, exit 2, no traceback
-    ├── MjcfError         an MJCF text that cannot be loaded, as faults; callers turn it into a report
-    ├── IsolationError    a child process ran past its limits, or crashed on what it was given
-    ├── WorkerLostError   a child process was ended from outside, again and again: the machine's fault, never a design's
-    ├── ReplyError        a language model's reply could not be used: asked again, a bounded number of times
-    ├── BudgetError       the next call could cost more than the person allowed
-    └── ModelError        a language model could not be reached or refused for good
+    ├── UserError            the user must change something: one sentence, exit code 2, no traceback
+    ├── MjcfError            an MJCF text cannot be loaded; holds the faults, which callers turn into a report
+    ├── IsolationError       a child process exceeded its limits, or crashed because of its input
+    ├── WorkerLostError      child processes were ended from outside repeatedly: a fault of the machine, not of a design
+    ├── NoBetterDesignError  a Designer has nothing new to try
+    ├── ReplyError           a reply of a language model cannot be used: the request is repeated a few times
+    ├── BudgetError          the next call could cost more than the user allowed
+    └── ModelError           a language model could not be reached, or refused permanently
 
-Anything else that is raised is a bug of ours and keeps its traceback.
+Any other exception is a bug in AID-SR and keeps its traceback.
 """
 
 from __future__ import annotations
@@ -25,32 +26,32 @@ if TYPE_CHECKING:
     from aidsr.core.calls import CallRecord
 
 Limit = Literal["cost_usd", "tokens"]
-"""What of language models may be limited: money, and tokens in and out."""
+"""Limited quantities of language models: cost [USD], and tokens, input and output together."""
 
 
 class AidsrError(Exception):
-    """Base class of everything AID-SR raises on purpose.
+    """Base class of all exceptions that AID-SR raises on purpose.
 
     Attributes:
-        failed_call: The call to a language model that brought no reply, where it was attempted at all.
+        failed_call: Record of the call to a language model that gave no reply; None if no call was attempted.
     """
 
     failed_call: CallRecord | None = None
 
 
 class UserError(AidsrError):
-    """The person using AID-SR must change something.
+    """The user of AID-SR must change something.
 
-    The message is one sentence or two: the fault first, then what to do.
+    The message has one or two sentences: first the fault, then what to do.
     """
 
 
 class MjcfError(AidsrError):
-    """An MJCF text cannot become a model.
+    """An MJCF text cannot be loaded as a model.
 
     Attributes:
-        faults: Everything found wrong, never empty.
-        source: The file that was named, where one was.
+        faults: All faults found; never empty.
+        source: File or folder that the text was read from; empty if unknown.
     """
 
     source: str = ""
@@ -66,7 +67,7 @@ class MjcfError(AidsrError):
 
 @contextmanager
 def about(source: object) -> Iterator[None]:
-    """Name the file or folder, in what is found wrong with the MJCF that was read from it."""
+    """Add the file or folder that MJCF was read from to every `MjcfError` raised in the context."""
     try:
         yield
     except MjcfError as error:
@@ -75,11 +76,11 @@ def about(source: object) -> Iterator[None]:
 
 
 class IsolationError(AidsrError):
-    """A child process did not come back with an answer, because of what it was given.
+    """A child process returned no result because of its input.
 
     Attributes:
-        kind: "time" or "memory" when it ran past a limit, "overflow" when numbers left the range of floating point,
-            "crash" when a native library failed for another reason.
+        kind: "time" or "memory" if it exceeded a limit, "overflow" if numbers left the range of floating point, "crash"
+            if a native library failed for another reason.
     """
 
     def __init__(self, kind: Literal["time", "memory", "overflow", "crash"], message: str) -> None:
@@ -88,26 +89,26 @@ class IsolationError(AidsrError):
 
 
 class WorkerLostError(AidsrError):
-    """Child processes were ended from outside or could not start, as where the machine runs out of memory.
+    """Child processes were ended from outside or could not start, for example because the machine ran out of memory.
 
-    It says nothing about what they were given, so no caller turns it into a fault of a design.
+    The cause is not their input, so no caller turns this error into a fault of a design.
     """
 
 
 class NoBetterDesignError(AidsrError):
-    """A Designer has nothing new to try for what was found wrong. The message ends the design, and is for a person."""
+    """A Designer has nothing new to try against the reported problems. It ends the design; the message is for users."""
 
 
 class ReplyError(AidsrError):
-    """A reply arrived and cannot be used. The message is written for the model that is asked again."""
+    """A reply cannot be used. The message is addressed to the language model, which gets it with the next request."""
 
 
 class BudgetError(AidsrError):
     """The next call to a language model could exceed the budget of the run or the design, so it was not made.
 
     Args:
-        message: Which limit, what was used of it and what the call could take.
-        limits: All limits that refused it.
+        message: The limit, the amount used so far and the amount that the call could need.
+        limits: All limits that the call could exceed.
     """
 
     def __init__(self, message: str, *limits: Limit) -> None:
@@ -116,4 +117,4 @@ class BudgetError(AidsrError):
 
 
 class ModelError(AidsrError):
-    """A language model gave no usable reply after all retries. Never contains a key."""
+    """A language model gave no usable reply after all retries. The message never contains a key."""

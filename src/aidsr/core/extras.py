@@ -1,4 +1,4 @@
-"""Libraries that come with an extra of the installation, and the message where they are missing."""
+"""Optional libraries (extras of the installation), and the message if they are missing."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ EXTRAS: dict[str, tuple[str, ...]] = {
     "fabrication": ("manifold3d",),
     "cad": ("OCP",),
 }
-"""Modules that our code imports from each extra; pyproject.toml lists the packages that bring them."""
+"""Modules that AID-SR imports from each extra; pyproject.toml lists the packages that provide them."""
 
 
 _SOURCE = Path(__file__).parents[3]
-"""The checkout that AID-SR runs from, where it was installed with `pip install -e`."""
+"""Root of the source checkout, if AID-SR was installed with `pip install -e`."""
 
 
 def installing(extra: str, source: Path = _SOURCE) -> str:
-    """Return how this Python gets an extra: the command, where AID-SR runs from a checkout.
+    """Return how to install an extra for this Python: the complete command if AID-SR runs from a checkout.
 
-    Otherwise where it came from is unknown: it is on no index, so a command that names it alone would find nothing, or
-    somebody else's package.
+    Otherwise the source of the installation is unknown, and the text has no complete command: AID-SR is on no package
+    index, so a command with only its name would find nothing, or another package.
     """
     pip = f'"{sys.executable}" -m pip'
     if (source / "pyproject.toml").exists() and (source / "constraints.txt").exists():
@@ -37,11 +37,11 @@ def installing(extra: str, source: Path = _SOURCE) -> str:
 
 
 def missing_extra(extra: str, what: str) -> str:
-    """Return what is missing and how to install it as a sentence; empty where nothing is missing.
+    """Return a sentence with the missing module and how to install it; empty if nothing is missing.
 
     Args:
         extra: Name of the extra.
-        what: What needs it, as the subject of the sentence.
+        what: Feature that needs the extra, as the subject of the sentence.
     """
     for module in EXTRAS[extra]:
         if find_spec(module) is None:
@@ -50,7 +50,7 @@ def missing_extra(extra: str, what: str) -> str:
 
 
 def require_extra(extra: str, what: str) -> None:
-    """Raise UserError where a module of an extra is not installed; the arguments are those of `missing_extra`."""
+    """Raise UserError if a module of an extra is not installed; the arguments are as in `missing_extra`."""
     lack = missing_extra(extra, what)
     if lack:
         raise UserError(lack)

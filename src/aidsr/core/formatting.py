@@ -1,7 +1,7 @@
-"""Numbers, amounts and faults as text, the same wherever a person or a model reads them.
+"""Text format of numbers, amounts and faults, the same for all texts that users and language models read.
 
-`format_number` is the rule. The others exist because prompts and the notes of built-in designs are experiments' texts:
-a changed digit in them is a changed experiment.
+`format_number` is the standard format. The other number formats are used in prompts and in the notes of built-in
+designs. Do not change them: these texts are part of experiments, and a changed digit changes the experiment.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _NUMERALS = ("no", "one", "two", "three", "four", "five", "six")
 
 
 def format_number(value: float) -> str:
-    """Return a number as engineers write it: 10,000 and 12,345, 0.0032, 1.2e-5; three digits, whole numbers whole."""
+    """Return a number with three significant digits, whole numbers below 1e6 in full: 12,345, 0.0032, 1.2e-5."""
     if float(value).is_integer() and abs(value) < 1e6:
         return f"{value:,.0f}"
     rounded = float(f"{value:.3g}")
@@ -32,9 +32,10 @@ def format_number(value: float) -> str:
 
 
 def format_coordinate(value: float) -> str:
-    """Return a length or angle of an environment to four decimals, smaller ones to four digits; never "-0".
+    """Return a length or angle with four decimals, values below 0.001 with four significant digits; never "-0".
 
-    In prompts: places need the same number of decimals, however large they are, where `format_number` counts digits.
+    Used for environments in prompts: coordinates of any size need the same number of decimals, whereas `format_number`
+    uses a fixed number of significant digits.
     """
     if abs(value) < 0.001:
         return f"{value if abs(value) > 1e-9 else 0.0:.4g}"
@@ -42,27 +43,27 @@ def format_coordinate(value: float) -> str:
 
 
 def format_vector(values: Iterable[float]) -> str:
-    """Return coordinates with spaces between them, as MJCF writes them."""
+    """Return coordinates separated by spaces, as in MJCF."""
     return " ".join(format_coordinate(value) for value in values)
 
 
 def format_direction(axis: Iterable[float]) -> str:
-    """Return a unit vector to four decimals."""
+    """Return a unit vector with four decimals, separated by spaces."""
     return " ".join(f"{round(float(value), 4) + 0.0:g}" for value in axis)  # + 0.0 turns -0.0 into 0.0
 
 
 def excerpt(text: str, most: int = 60) -> str:
-    """Return a foreign text as far as a sentence repeats it: its first characters, then "…"."""
+    """Return a text shortened for quoting in a sentence: at most the first `most` characters, then "…"."""
     return text if len(text) <= most else f"{text[:most]}…"
 
 
 def counted(number: int, of: str) -> str:
-    """Return a number of things: 1 task, 3 tasks, 2 policies."""
+    """Return a number with its noun in the right form: "1 task", "3 tasks", "2 policies"."""
     return f"{number} {of if number == 1 else of.removesuffix('y') + 'ies' if of.endswith('y') else of + 's'}"
 
 
 def mm(length_m: float) -> str:
-    """Return a length [m] of a built-in design as "376 mm", one below 20 mm with a decimal."""
+    """Return a length [m] of a built-in design as "376 mm", below 20 mm with one decimal."""
     length_mm = 1000.0 * length_m
     return f"{length_mm:.0f} mm" if length_mm >= 20 else f"{length_mm:.1f} mm"
 
@@ -73,19 +74,19 @@ def deg(angle_rad: float) -> str:
 
 
 def numeral(number: int) -> str:
-    """Return a number of parts of a built-in design as a word up to six."""
+    """Return a number of parts of a built-in design as a word up to six, as digits above."""
     return _NUMERALS[number] if number < len(_NUMERALS) else str(number)
 
 
 def format_cost(usage: Usage) -> str:
-    """Return the money spent; "unknown" where a price is."""
+    """Return the cost in dollars; "unknown" if a price is unknown."""
     if usage.calls == 0:
         return "$0"
     return "unknown" if usage.cost_usd is None else f"${usage.cost_usd:.4f}"
 
 
 def format_tokens(usage: Usage) -> str:
-    """Return the tokens in and out, and whether they are estimated."""
+    """Return the input and output tokens, and whether they are estimated."""
     if usage.calls == 0:
         return "none"
     counted = f"{usage.input_tokens:,} in, {usage.output_tokens:,} out"
@@ -93,7 +94,7 @@ def format_tokens(usage: Usage) -> str:
 
 
 def format_tokens_in_thousands(usage: Usage) -> str:
-    """Return the tokens in and out where there is little room: 12 k for many."""
+    """Return the input and output tokens in short form: "12 k" from 10,000 tokens on."""
     counts = (usage.input_tokens, usage.output_tokens)
     tokens_in, tokens_out = (str(count) if count < 10_000 else f"{count / 1000:.0f} k" for count in counts)
     return f"{tokens_in} in, {tokens_out} out" if usage.calls else "none"
@@ -109,23 +110,23 @@ def format_duration(seconds: float) -> str:
 
 
 def format_time_left(steps: float, per_s: float) -> str:
-    """Return how long some steps take at most, "–" where nothing is known of their speed.
+    """Return the longest time that the remaining steps can take, as text; "–" if the speed is unknown.
 
     Args:
-        steps: That are left; work may end before them.
-        per_s: Of them in a second, lately.
+        steps: Remaining steps; the work may end earlier.
+        per_s: Recent speed [steps/s].
     """
     return f"at most {format_duration(max(steps, 0.0) / per_s)} left" if per_s > 0 else "–"
 
 
 def format_repairs(counts: Mapping[str, int]) -> str:
-    """Return how many mechanical repairs were made, and of which kinds."""
+    """Return the number of mechanical repairs and their kinds."""
     total = sum(counts.values())
     return f"{total} mechanical {'repair' if total == 1 else 'repairs'}: {', '.join(counts)}"
 
 
 def format_fault(fault: Fault) -> str:
-    """Return what was found and what is allowed: "sags: 0.41 of the robot's length, 123 mm (at most 0.35, 105 mm)"."""
+    """Return a fault with its value and limit: "sags: 0.41 of the robot's length, 123 mm (at most 0.35, 105 mm)"."""
     if fault.measured is None:
         return fault.message
     amount = f"{format_number(fault.measured)} {fault.unit}".rstrip() + format_absolute(fault, fault.measured)
@@ -133,7 +134,7 @@ def format_fault(fault: Fault) -> str:
 
 
 def format_limit(fault: Fault) -> str:
-    """Return what a measured fault violates, "at most 0.35, 105 mm"; "" where no limit is known."""
+    """Return the limit that a measured fault violates, "at most 0.35, 105 mm"; "" if there is no limit."""
     if fault.measured is None or fault.limit is None:
         return ""
     bound = bound_in_words(fault.measured, fault.limit)
@@ -141,19 +142,19 @@ def format_limit(fault: Fault) -> str:
 
 
 def bound_in_words(measured: float, limit: float) -> str:
-    """Return whether a limit that a value violates is the most or the least that is allowed."""
+    """Return whether a violated limit is a lower bound ("at least") or an upper bound ("at most")."""
     return "at least" if measured < limit else "at most"
 
 
 def format_check(check: PlausibilityCheck) -> str:
-    """Return what was measured and what is asked for: "0.82 (at least 0.5)"; "not measured" where nothing was."""
+    """Return the measured value and the limit of a check: "0.82 (at least 0.5)"; "not measured" without a value."""
     if check.measured is None:
         return "not measured"
     return f"{f'{format_number(check.measured)} {check.unit}'.rstrip()} ({check.bound} {format_number(check.limit)})"
 
 
 def format_absolute(fault: Fault, relative: float) -> str:
-    """Return a value of a fault in SI units behind a comma where its unit is relative; short lengths in millimetres."""
+    """Return ", " and a relative value of a fault in SI units, lengths below 1 m in mm; "" if it is not relative."""
     if fault.whole is None:
         return ""
     value, unit = relative * fault.whole, fault.whole_unit
@@ -166,8 +167,8 @@ def format_faults(faults: Sequence[Fault], max_bytes: int) -> str:
     """Return faults as plain text, one line per code; see `aidsr.core.artifacts.ValidationReport.account`.
 
     Args:
-        faults: Errors first.
-        max_bytes: Bound on the text in UTF-8, at least 200.
+        faults: Faults to format, errors first.
+        max_bytes: Maximum length of the text in UTF-8 [bytes], at least 200.
     """
     if not faults:
         return "stable: no faults found"
@@ -186,7 +187,7 @@ def format_faults(faults: Sequence[Fault], max_bytes: int) -> str:
 
 
 def _account_line(faults: list[Fault]) -> str:
-    """Return faults of one code as one line: where, what, how much, likely cause, cure."""
+    """Return faults with the same code as one line: names, message, value, likely cause, cure."""
     fault = faults[0]
     names = list(dict.fromkeys(name for each in faults for name in each.names))
     shown = ", ".join(names) if len(names) <= 4 else f"{', '.join(names[:3])} … {names[-1]} ({len(names)} in all)"
@@ -199,5 +200,5 @@ def _account_line(faults: list[Fault]) -> str:
 
 
 def format_cell(text: str) -> str:
-    """Return text as a cell of a Markdown table that shows it as it is: no markup, no further cell, no further line."""
+    """Return text as a cell of a Markdown table: on one line, with all Markdown markup and cell separators escaped."""
     return re.sub(r"([\\`*\[\]<>|])", r"\\\1", " ".join(text.split()))

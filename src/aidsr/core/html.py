@@ -1,4 +1,4 @@
-"""HTML pages that need nothing else: one environment for their templates, and one base page with its style."""
+"""Self-contained HTML pages: a common loader for their templates, and one base page with its style."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
 def html_template(file: Path, **filters: Callable[..., Any]) -> Template:
     """Return the template in a file, which may extend `base.html.j2` beside this module.
 
-    What is put into it is escaped, and a value that is missing is an error.
+    Inserted values are escaped; a missing value is an error.
 
     Args:
-        file: The template.
-        filters: Functions it may use, by name.
+        file: File of the template.
+        filters: Functions that the template may use, by name.
     """
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 

@@ -1,6 +1,6 @@
-"""What the rest of AID-SR knows of a language model: a name, and one question answered at a time.
+"""Interface to a language model: a name, and a method that answers one request at a time.
 
-Any object of this form can design: `aidsr.design(model=...)` takes it, and docs/models.md shows the smallest one.
+`aidsr.design(model=...)` takes any object with this interface; docs/models.md shows the smallest one.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from aidsr.core.calls import CallRecord, Question
 
 
 class Model(Protocol):
-    """Answers questions. Implementations block until the reply is there and may be asked from several threads."""
+    """A language model. `ask` blocks until the reply arrives, and must be safe to call from several threads."""
 
     @property
     def name(self) -> str:
@@ -19,21 +19,21 @@ class Model(Protocol):
         ...
 
     def ask(self, question: Question) -> CallRecord:
-        """Return the reply to a question together with what it cost.
+        """Return the reply to a request, with its cost.
 
-        A reply that is cut off, refused or empty is returned as it is, with `finish` saying so: what to do about it
-        is for the calling role to decide.
+        A reply that is cut off, refused or empty is returned unchanged, and `finish` says so: the calling role decides
+        how to handle it.
 
         Raises:
-            UserError: Something the person must change, for example a key that was refused.
-            ModelError: No reply after every retry, or a request that the provider will never accept.
+            UserError: The user must change something, for example a key that was refused.
+            ModelError: There was no reply after all retries, or the provider will never accept the request.
         """
         ...
 
 
 def calls_tools(model: Model) -> bool:
-    """Return whether a model takes tools with a question, by its optional attribute `calls_tools`.
+    """Return whether a model accepts tools with a request, according to its optional attribute `calls_tools`.
 
-    Others are told of tools in words, and call them in the text of their replies.
+    For other models, the prompt describes the tools, and the model calls them in the text of its replies.
     """
     return bool(getattr(model, "calls_tools", False))

@@ -8,12 +8,12 @@ _MOST_DIGITS = 9
 
 
 def is_number(name: str) -> bool:
-    """Whether a name is a number: plain digits, not "²", which `str.isdigit` takes for one and `int` does not."""
+    """Return whether a name is a number of ASCII digits; "²" is not: `str.isdigit` accepts it, `int` does not."""
     return name.isascii() and name.isdigit() and len(name) <= _MOST_DIGITS
 
 
 def numbered_in(folder: Path) -> list[Path]:
-    """Return the folders inside a folder that are named by a number, in order; none where there is no such folder."""
+    """Return the subfolders that are named by a number, in numerical order; empty if `folder` does not exist."""
     if not folder.is_dir():
         return []
     return sorted((path for path in folder.iterdir() if is_number(path.name) and path.is_dir()), key=_number)

@@ -1,4 +1,4 @@
-"""Folders that may come from strangers: nothing in them may point elsewhere or block a reader."""
+"""Checks of untrusted folders: nothing in them may point elsewhere or block a reader."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from pathlib import Path
 from aidsr.core.errors import UserError
 
 _checked: dict[Path, tuple[int, int]] = {}
-"""Inode and change time of the folders that were checked in this process."""
+"""Inode and change time of the folders that this process has checked."""
 
 
 def require_plain_tree(folder: Path) -> None:
-    """Refuse a folder that holds anything but regular files and folders.
+    """Check that a folder holds nothing but regular files and folders.
 
-    A link could make a file elsewhere be read, shown or overwritten; a named pipe blocks its reader for ever.
-    `folder` itself may be a link: its user named it. It is checked once in a process, and again when its own entries
-    change.
+    A link could cause a file elsewhere to be read, shown or overwritten; a named pipe blocks its reader for ever.
+    `folder` itself may be a link, because the user named it. A folder is checked once in a process, and again after its
+    own entries have changed.
 
     Raises:
-        UserError: It holds a link, a pipe, a socket or a device; names the first one.
+        UserError: The folder holds a link, a pipe, a socket or a device; the message names the first one.
     """
     try:
         found = folder.stat()
     except OSError:
-        return  # whoever reads from it reports that
+        return  # the code that reads the folder reports this
     state = (found.st_ino, found.st_ctime_ns)
     if _checked.get(folder) == state or not stat.S_ISDIR(found.st_mode):
         return
@@ -39,10 +39,10 @@ def require_plain_tree(folder: Path) -> None:
 
 
 def require_regular_file(path: Path) -> None:
-    """Refuse a link, a pipe, a socket or a device in the place of a file; a file that is absent is left to its reader.
+    """Check that a path is not a link, a pipe, a socket or a device; a missing file is left to the code that reads it.
 
     Raises:
-        UserError: It is one.
+        UserError: The path is one of these.
     """
     try:
         kind = _kind(path.lstat().st_mode)
@@ -53,7 +53,7 @@ def require_regular_file(path: Path) -> None:
 
 
 def _irregular(folder: Path) -> Iterator[tuple[Path, str]]:
-    """Yield each entry at any depth that is neither a file nor a folder, with what it is; links are not followed."""
+    """Yield each entry at any depth that is neither a file nor a folder, with its kind; links are not followed."""
     with os.scandir(folder) as entries:
         for entry in sorted(entries, key=lambda each: each.name):
             try:
@@ -67,7 +67,7 @@ def _irregular(folder: Path) -> Iterator[tuple[Path, str]]:
 
 
 def _kind(mode: int) -> str:
-    """What an entry is, in words; empty for a regular file or a folder."""
+    """Return the kind of an entry in words; empty for a regular file or a folder."""
     if stat.S_ISREG(mode) or stat.S_ISDIR(mode):
         return ""
     if stat.S_ISLNK(mode):

@@ -1,7 +1,7 @@
-"""One style for all plots: SVG that takes its colours from the page it stands in, or PNG in the same colours on white.
+"""Common style of all plots: SVG with the colours of the surrounding page, or PNG with the same colours on white.
 
-Drawing code leaves colours to the style: curves take the next of `CURVES`, and text, axes and grid have theirs. What
-marks a limit or an error takes `BAD`.
+Drawing code does not set colours: each curve gets the next colour of `CURVES`, and text, axes and grid get theirs from
+the style. Only marks of a limit or an error use `BAD`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 INK, SOFT, BAD, _LINE = "#010101", "#020202", "#030303", "#040404"
 CURVES = tuple(f"#05050{number}" for number in range(1, 9))
-"""Stand for the variables of `base.html.j2`, which differ where the page is dark; replaced in every plot."""
+"""Placeholders for the CSS variables of `base.html.j2`, which differ in dark mode; they are replaced in every plot."""
 
 _WHITE_CURVES = ("#1f6f78", "#b5792a", "#6b5aa8", "#4c8a3f", "#a8567c", "#5f6b76", "#b3543f", "#3f6fb0")
 _ON_WHITE = {INK: "#1d2326", SOFT: "#5c666b", BAD: "#b3392a", _LINE: "#dfe1dc"} | dict(
@@ -30,13 +30,13 @@ _OF_THE_PAGE = {INK: "var(--ink)", SOFT: "var(--soft)", BAD: "var(--bad)", _LINE
 
 
 def svg_plot(draw: Callable[[Axes], None], size: tuple[float, float], title: str, *, key: str = "") -> str:
-    """Return a plot as an <svg> element for a page made of `base.html.j2`: its colours, its font, fluid width.
+    """Return a plot as an <svg> element for a page based on `base.html.j2`: with its colours and font, in fluid width.
 
     Args:
-        draw: Draws into the axes.
-        size: Width and height [inch], of which the page keeps the ratio.
-        title: What the plot shows, for readers that cannot see it.
-        key: Differs between plots of one page, so that their inner names do.
+        draw: Function that draws into the axes.
+        size: Width and height [inch]; the page keeps their ratio.
+        title: Description of the plot for screen readers.
+        key: Unique key of the plot within its page, so that the identifiers inside the SVGs differ.
     """
     drawn = io.StringIO()
     with _style({colour: colour for colour in _OF_THE_PAGE}, key):
@@ -53,7 +53,7 @@ def svg_plot(draw: Callable[[Axes], None], size: tuple[float, float], title: str
 
 
 def png_plot(draw: Callable[[Figure], None], size: tuple[float, float]) -> bytes:
-    """Return a plot as a PNG picture on white; `draw` makes the axes, `size` is its width and height [inch]."""
+    """Return a plot as a PNG picture on white; `draw` creates the axes, `size` is the width and height [inch]."""
     drawn = io.BytesIO()
     with _style(_ON_WHITE):
         figure = _figure(size)
@@ -69,14 +69,14 @@ def _figure(size: tuple[float, float]) -> Figure:
 
 
 def _style(colours: dict[str, str], key: str = "") -> Any:
-    """Return the context in which a plot is drawn."""
+    """Return the context with the style settings in which a plot is drawn."""
     import matplotlib as mpl
     from cycler import cycler
 
     settings: dict[Any, Any] = {
         "svg.fonttype": "none",
         "svg.hashsalt": key or "aidsr",
-        "text.parse_math": False,  # names may hold a dollar sign
+        "text.parse_math": False,  # names may contain a dollar sign
         "axes.unicode_minus": False,
         "font.family": "sans-serif",
         "font.size": 9.0,

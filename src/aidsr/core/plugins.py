@@ -1,6 +1,7 @@
-"""Plug-ins: the tasks, rules, robot families and providers that other packages add by entry points.
+"""Plug-ins: tasks, rules, robot families and providers that other packages add by entry points.
 
-Each kind has one `PluginGroup`, beside its built-in records; docs/add_a_rule.md shows a package that adds one.
+Each kind of plug-in has one `PluginGroup`, defined beside the built-in ones; docs/add_a_rule.md shows a package that
+adds a rule.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Plugin(Generic[T]):
-    """What one entry point adds, and the package it comes from."""
+    """The object that an entry point adds, and the package it comes from."""
 
     name: str
     value: T
@@ -27,31 +28,32 @@ class Plugin(Generic[T]):
 
 @dataclass(frozen=True, kw_only=True)
 class PluginGroup(Generic[T]):
-    """A group of entry points; an entry's name is the name of what it adds."""
+    """A group of entry points; the name of an entry point must equal the name of the object that it adds."""
 
     group: str
-    """For example "aidsr.rules"."""
+    """Name of the group, for example "aidsr.rules"."""
     noun: str
-    """What an entry adds, for messages: "rule"."""
+    """Noun for the added objects in messages, for example "rule"."""
     kind: type
-    """The class that what is added must be an instance of, or a subclass of."""
+    """Class of the added objects."""
     is_subclass: bool = False
+    """Whether the added objects are subclasses of `kind` instead of instances."""
     name_attribute: str = "name"
-    """The attribute that must equal the entry's name."""
+    """Attribute of the object that must equal the name of the entry point."""
     builtin: Callable[[], Collection[str]]
-    """Names that are taken."""
+    """Returns the names of the built-in objects, which plug-ins cannot use."""
     find_fault: Callable[[T], str] = lambda _: ""
-    """What else is wrong with it, empty if nothing."""
+    """Returns what else is wrong with an added object; empty if nothing."""
 
     def entries(self) -> list[EntryPoint]:
-        """Return the entry points of installed packages by name; nothing is imported."""
+        """Return the entry points of installed packages, sorted by name; nothing is imported."""
         return sorted(entry_points(group=self.group), key=lambda entry: entry.name)
 
     def load(self, entry: EntryPoint) -> Plugin[T]:
-        """Return what an entry point adds.
+        """Load an entry point and return what it adds.
 
         Raises:
-            UserError: It cannot be imported, is of another kind or has another name, or its name is taken.
+            UserError: It cannot be imported, has the wrong kind or another name, or its name is already used.
         """
         package, version = (entry.dist.name, entry.dist.version) if entry.dist else (entry.value, "")
         if entry.name in self.builtin():
@@ -71,18 +73,18 @@ class PluginGroup(Generic[T]):
         return Plugin(entry.name, cast("T", value), package, version)
 
     def load_all(self) -> list[Plugin[T]]:
-        """Return what all installed packages add, by name.
+        """Load all entry points of installed packages and return what they add, sorted by name.
 
         Raises:
-            UserError: An entry point cannot be loaded, or its name is taken.
+            UserError: An entry point cannot be loaded, or its name is already used.
         """
         return [self.load(entry) for entry in self.entries()]
 
     def load_named(self, name: str) -> T | None:
-        """Return what the entry point of that name adds, None where there is none; the others are not imported.
+        """Load only the entry point with this name and return the added object; None if there is no such entry point.
 
         Raises:
-            UserError: The entry point cannot be loaded, or its name is taken.
+            UserError: The entry point cannot be loaded, or its name is already used.
         """
         return next((self.load(entry).value for entry in self.entries() if entry.name == name), None)
 

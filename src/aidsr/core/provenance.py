@@ -1,4 +1,4 @@
-"""What a result was made with: state of the source, packages, processor."""
+"""Provenance of a result: commit of the source code, package versions, processor."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ _CPU_INFO = Path("/proc/cpuinfo")
 
 @cache
 def commit(checkout: Path = _CHECKOUT) -> str:
-    """Return the commit, with "-dirty" where files under `src` differ from it; without a checkout the version.
+    """Return the git commit, with "-dirty" if files under `src` differ from it; without git, the package version.
 
-    Results that a benchmark writes into the checkout do not make the source another one.
+    Only `src` is compared, so that results that a benchmark writes into the checkout do not count as changes.
 
     Args:
-        checkout: Root of the checkout, if this is one.
+        checkout: Root of the source checkout; it may be another folder if AID-SR was installed as a package.
     """
 
     def git(*words: str) -> str:
@@ -37,7 +37,7 @@ def commit(checkout: Path = _CHECKOUT) -> str:
 
 @cache
 def processor() -> str:
-    """Return the name of the processor."""
+    """Return the model name of the processor."""
     with contextlib.suppress(OSError):
         for line in _CPU_INFO.read_text(encoding="utf-8").splitlines():
             if line.startswith("model name"):
@@ -46,7 +46,7 @@ def processor() -> str:
 
 
 def versions_of(packages: Iterable[str]) -> dict[str, str]:
-    """Return the versions of Python and of packages; what is not installed is left out."""
+    """Return the versions of Python and of packages; packages that are not installed are left out."""
     found = {"python": platform.python_version()}
     for package in packages:
         with contextlib.suppress(PackageNotFoundError):

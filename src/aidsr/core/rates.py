@@ -1,4 +1,4 @@
-"""Rates with honest intervals."""
+"""Success rates with confidence intervals."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass
 
 _Z_95 = 1.959964
-"""Standard normal quantile of a two-sided interval of 95 %."""
+"""Quantile of the standard normal distribution for a two-sided 95 % interval."""
 
 
 @dataclass(frozen=True)
 class Interval:
-    """A value with its 95 % interval."""
+    """A value with its 95 % confidence interval."""
 
     value: float
     low: float
@@ -19,30 +19,30 @@ class Interval:
 
     @property
     def excludes_zero(self) -> bool:
-        """Whether 0 lies outside."""
+        """Whether 0 lies outside the interval."""
         return self.low > 0 or self.high < 0
 
 
 @dataclass(frozen=True)
 class Rate:
-    """How many of how many. The denominator is all that was attempted, never only what ended well."""
+    """A number of hits out of a number of attempts, counting all attempts, including those that ended in an error."""
 
     hits: int
     of: int
 
     @property
     def share(self) -> float:
-        """The rate, nan of nothing."""
+        """Hits / attempts; nan without attempts."""
         return self.hits / self.of if self.of else math.nan
 
     @property
     def interval(self) -> Interval:
-        """The rate with its Wilson interval."""
+        """The share with its 95 % Wilson interval."""
         return wilson(self.hits, self.of)
 
 
 def wilson(hits: int, of: int) -> Interval:
-    """Return a rate with its Wilson score interval at 95 %; 0 to 1 of nothing.
+    """Return a share with its 95 % Wilson score interval; without attempts, nan with the interval 0 to 1.
 
     Source: E. B. Wilson, Journal of the American Statistical Association 22 (1927) 209-212.
     """

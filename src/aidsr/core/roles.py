@@ -1,7 +1,7 @@
 """The four roles that make a design, as protocols.
 
-Two teams play them: `aidsr.teams.llm` asks a language model, `aidsr.teams.rules` follows rules. The loop in
-`aidsr.loop` treats both alike.
+Two teams implement them: `aidsr.teams.llm` calls a language model, `aidsr.teams.rules` applies built-in rules. The loop
+in `aidsr.loop` treats both alike.
 """
 
 from __future__ import annotations
@@ -13,56 +13,57 @@ from typing import Protocol, runtime_checkable
 from aidsr.core.artifacts import Brief, Concept, Critique, Placement, Robot, Scene, ValidationReport
 
 Feedback = ValidationReport | Critique
-"""What sends a robot or a placement back to its author: measured faults, or the Judge's issues."""
+"""Reason to send a robot or a placement back to its author: a report with faults, or the Judge's issues."""
 
 
 class Designer(Protocol):
-    """Thinks of bodies for a job."""
+    """Role that proposes robot concepts for a job."""
 
     def propose(self, brief: Brief, count: int) -> tuple[Concept, ...]:
         """Return `count` concepts that differ in morphology and actuation."""
         ...
 
     def revise(self, brief: Brief, concept: Concept, robot: Robot | None, feedback: str) -> Concept:
-        """Return the concept changed as a person or the Judge asked, keeping what was not criticised.
+        """Return the concept, changed according to the feedback of a person or the Judge; the rest is kept.
 
         Raises:
-            NoBetterDesignError: There is nothing new to try; a team of rules may say so.
+            NoBetterDesignError: There is nothing new to try; only built-in rules raise it.
         """
         ...
 
 
 @dataclass(frozen=True)
 class BodyTried:
-    """A body that a Designer tried before proposing any."""
+    """Result of one trial of a robot body that a Designer made before proposing concepts."""
 
     name: str
     number: int
-    """Which of those tried, from 1 on; a body keeps it where it is tried again."""
+    """Number of the body, from 1; it stays the same if the body is tried again."""
     most: int
-    """How many are tried at most."""
+    """Maximum number of bodies."""
     progress: float | None
-    """How far it came, 0 to 1; None where it could not be played."""
+    """Progress, 0 to 1; None if the trial could not be run."""
     succeeded: bool
     seconds: float
-    """How long that took."""
+    """Duration of the trial [s]."""
     refused: bool = False
-    """Whether the Judge refused it before; it is tried again only where a resumed run ranks all bodies anew."""
+    """Whether the Judge rejected this body before; such a body is tried again only if a resumed run ranks all bodies
+    anew."""
     motions: int = 0
-    """With how many motions it is tried again because it came far; 0 the first time."""
+    """Number of motions of a repeated trial of a promising body; 0 for the first trial."""
 
 
 @runtime_checkable
 class TriesBodies(Protocol):
-    """A Designer that tries bodies, which may take minutes, and tells of each."""
+    """A Designer that tries bodies, which may take minutes, and reports each trial."""
 
     def telling(self, listen: Callable[[BodyTried], None]) -> Designer:
-        """Return the same Designer, who calls `listen` with each body tried."""
+        """Return the same Designer, which calls `listen` after each trial."""
         ...
 
 
 class Coder(Protocol):
-    """Writes a concept down as MJCF."""
+    """Role that writes a concept as MJCF."""
 
     def write(self, brief: Brief, concept: Concept) -> Robot:
         """Return a first robot for the concept."""
@@ -74,7 +75,7 @@ class Coder(Protocol):
 
 
 class Integrator(Protocol):
-    """Decides where a robot stands in the environment."""
+    """Role that decides where a robot is placed in the environment."""
 
     def place(self, brief: Brief, concept: Concept, robot: Robot) -> Placement:
         """Return a first placement."""
@@ -88,16 +89,16 @@ class Integrator(Protocol):
 
 
 class Judge(Protocol):
-    """Decides whether a stable scene is worth training."""
+    """Role that decides whether a stable scene is worth training."""
 
     def judge(self, brief: Brief, concept: Concept, robot: Robot, scene: Scene, report: ValidationReport) -> Critique:
-        """Return a pass, or a fail with issues that each blame a role."""
+        """Return a passing critique, or a failing one with issues that each name the responsible role."""
         ...
 
 
 @dataclass(frozen=True)
 class Team:
-    """The four roles as used by one run."""
+    """The four roles of one run."""
 
     designer: Designer
     coder: Coder

@@ -1,4 +1,4 @@
-"""Errors of the disk that a person can remove, as sentences: a full disk, a read-only folder, a missing permission."""
+"""Messages for file errors that the user can solve: a full disk, a read-only folder, a missing permission."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ _BY_NUMBER = {getattr(errno, name): problem for name, problem in _PROBLEMS.items
 
 
 class StorageError(UserError):
-    """A file could not be written or read for a reason that a person can remove."""
+    """A file could not be written or read for a reason that the user can solve."""
 
 
 @contextmanager
 def storage_errors(path: Path) -> Iterator[None]:
-    """Raise StorageError for what is wrong with the disk while `path` is written."""
+    """Raise StorageError for known file errors in the context, in which `path` is written."""
     try:
         yield
     except OSError as error:
-        error.filename = str(path)  # a full disk is reported without a name, others with that of a temporary file
+        error.filename = str(path)  # a full disk is reported without a name, other errors with that of a temporary file
         problem = storage_problem(error)
         if problem is None:
             raise
@@ -45,7 +45,7 @@ def storage_errors(path: Path) -> Iterator[None]:
 
 
 def storage_problem(error: BaseException) -> str | None:
-    """Return in a sentence what is wrong with the disk and how to go on; None for an error of another kind."""
+    """Return a sentence with the problem of a file error and its solution; None for an error of another kind."""
     if not isinstance(error, OSError) or error.errno not in _BY_NUMBER:
         return None
     fault, cure = _BY_NUMBER[error.errno]

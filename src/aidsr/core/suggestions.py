@@ -1,4 +1,4 @@
-"""Which known name a misspelt one stands for."""
+"""Suggestions of known names for misspelt ones."""
 
 from __future__ import annotations
 
@@ -6,24 +6,24 @@ import difflib
 from collections.abc import Collection, Iterable
 
 _LONGEST = 100
-"""Characters of a name that is compared; the time of a comparison grows with their square. Our choice."""
+"""Maximum characters of a compared name; the time of a comparison grows with their square. Our choice."""
 _MOST_COMPARED = 2000
-"""Names that one is compared with. Our choice: as many as a large robot has."""
+"""Maximum number of names that a name is compared with. Our choice: as many as a large robot has."""
 
 
 def closest_name(name: str, known: Iterable[str], *, cutoff: float = 0.6) -> str:
-    """Return the known name that is most like a name, for a "did you mean"; "" where none is; see `close_names`."""
+    """Return the known name most similar to a name, for "did you mean"; "" if none is similar; see `close_names`."""
     return next(iter(close_names(name, known, most=1, cutoff=cutoff)), "")
 
 
 def close_names(name: str, known: Iterable[str], *, most: int, cutoff: float = 0.6) -> list[str]:
-    """Return the known names that are most like a name, the likest first.
+    """Return the known names that are similar to a name, the most similar first.
 
     Args:
-        name: What was written.
-        known: What could have been meant.
-        most: How many to return.
-        cutoff: Least likeness, from 0 to 1, as `difflib` measures it.
+        name: Name as written; above 100 characters, nothing is returned.
+        known: Names that could have been meant.
+        most: Maximum number of names to return.
+        cutoff: Least similarity, 0 to 1, as measured by `difflib`.
     """
     if len(name) > _LONGEST:
         return []
@@ -32,16 +32,17 @@ def close_names(name: str, known: Iterable[str], *, most: int, cutoff: float = 0
 
 
 def only_close_name(name: str, known: Iterable[str], *, cutoff: float = 0.6) -> str:
-    """Return the one known name that is most like a name; "" where there is none, or another is as like."""
+    """Return the known name most similar to a name; "" if none is similar, or two are equally similar."""
     found = close_names(name, known, most=2, cutoff=cutoff)
     likeness = [difflib.SequenceMatcher(None, name, other).ratio() for other in found]
     return found[0] if found and (len(found) == 1 or likeness[0] > likeness[1]) else ""
 
 
 def one_slip_away(name: str, known: Collection[str]) -> str:
-    """Return the only known name that differs by one slip; "" where there is none, or more than one.
+    """Return the only known name that differs by one typing error; "" if there is none, or more than one.
 
-    A slip is a letter too many, too few, wrong or swapped with its neighbour; letter case, "_" and "-" do not count.
+    A typing error is one letter too many, too few or wrong, or two neighbouring letters swapped. Letter case, "_" and
+    "-" are ignored.
     """
     same = [other for other in known if _plain(other) == _plain(name)]
     near = same or [other for other in known if _is_slip(_plain(name), _plain(other))]

@@ -1,4 +1,4 @@
-"""Text files that a person names and somebody else may have written."""
+"""Reading of untrusted text files that a user names."""
 
 from __future__ import annotations
 
@@ -16,14 +16,15 @@ def read_text_file(path: Path, *, max_bytes: int) -> str:
     """Return the text of a file.
 
     Args:
-        path: The file; a link to it is followed, since its user named it.
-        max_bytes: Bound on its size; a larger one is refused without being read.
+        path: The file; a link to it is followed, because the user named it.
+        max_bytes: Maximum size [bytes]; of a larger file at most one byte more is read.
 
     Raises:
-        UserError: It is no regular file (a pipe would block for ever, a device never end), too large or not UTF-8.
-        OSError: It cannot be opened.
+        UserError: The file is too large, not UTF-8, or not a regular file (a pipe would block for ever, a device would
+            never end).
+        OSError: The file cannot be opened.
     """
-    # a named pipe without a writer would block while it is opened
+    # without O_NONBLOCK, opening a named pipe that has no writer would block
     with os.fdopen(os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)), "rb") as file:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
             raise UserError(f"{path} is not a regular file; name a file")
@@ -46,9 +47,9 @@ def parse_toml(text: str) -> dict[str, Any]:
     """Return the values in a TOML text.
 
     Raises:
-        ValueError: It is not TOML, or nests too deep or has a number too long to be read.
+        ValueError: The text is not TOML, is nested too deeply, or has a number that is too long.
     """
-    if _LONG_KEY.search(text):  # takes tomllib a time that grows with the square of its parts
+    if _LONG_KEY.search(text):  # the time of tomllib grows with the square of the number of parts
         raise ValueError(_TOO_DEEP)
     try:
         values = tomllib.loads(text)

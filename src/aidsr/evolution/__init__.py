@@ -1,4 +1,4 @@
-"""Designs over generations: each is told what the bodies before it measured."""
+"""Evolution of designs over generations: each generation gets the measurements of the earlier ones."""
 
 from aidsr.evolution.generations import Evolution, Plan, begin, evolve
 

@@ -1,11 +1,15 @@
-"""Generations of designs: design, try without learning, keep as lessons, tell the next; train the few best.
+"""Generations of designs.
 
-folder/evolve.json        what was asked
-folder/environment.xml    of a job in words, and goal.toml
+Each generation designs robots, tries them without learning, stores the results as lessons for the next generation, and
+optionally trains its best scenes.
+
+folder/evolve.json        the plan
+folder/environment.xml    the environment of an objective in words
+folder/goal.toml          its goal
 folder/runs/              the run of each generation
-folder/trained/HASH.json  what a short training made of a scene, on development variations
-folder/archive.jsonl      the lessons, a memory like any other
-folder/report.md          generations and archive, computed from the rest
+folder/trained/HASH.json  evaluation of a short training of a scene, on development variations
+folder/archive.jsonl      the lessons, a memory file like any other
+folder/report.md          generations and archive, computed from the other files
 """
 
 from __future__ import annotations
@@ -32,28 +36,29 @@ from aidsr.runs.library import Library
 from aidsr.runs.status import newest
 
 _DONE = 0.995
-"""Progress of a trial that is done in every search, rounded as it is shown."""
+"""Least progress of a search that counts as done: progress that is displayed as 1.00."""
 
 
 class Plan(Artifact):
-    """What is evolved, and how much it may take."""
+    """Job and budget of an evolution."""
 
     objective: str = ""
-    """A job in words; its environment and goal are kept beside the plan."""
+    """Objective in words, empty for a benchmark task; its environment and goal are stored beside the plan."""
     task: str = ""
     level: Literal["standard", "hard"] = "standard"
     generations: Annotated[int, Field(ge=1, le=1000)] = 5
     config: RunConfig = RunConfig()
-    """Of each generation; its seed grows by 1 with each, and its budget is that of all together."""
+    """Settings of each generation's run. The seed grows by 1 with each; the budget is shared by all generations."""
     train: Annotated[int, Field(ge=0)] = 0
-    """Designs of a generation that get a short training: the best of those whose trial reached the decisive stage."""
+    """Number of designs per generation that get a short training: the best whose trial reached the decisive stage."""
     steps: Annotated[int, Field(ge=1)] = 60_000
-    """Control steps of such a training."""
+    """Control steps of each short training."""
 
     def done_by(self, lesson: Lesson) -> bool:
-        """Whether a body does the job: its policy wins half of its episodes, or without trainings every search does.
+        """Whether a robot does the job.
 
-        What a designer measured in one variation alone does not count.
+        With trainings, its policy must succeed in half of the development episodes; without, every search must reach
+        the goal. A designer's own measurement in a single variation does not count.
         """
         if self.train:
             return (lesson.policy_success or 0.0) >= SUCCESSFUL_SHARE
@@ -68,24 +73,24 @@ class Evolution:
 
     @property
     def plan(self) -> JsonFile[Plan]:
-        """What was asked."""
+        """File of the plan."""
         return JsonFile(self.path / "evolve.json", Plan)
 
     @property
     def archive(self) -> Memory:
-        """What all generations measured."""
+        """Memory with the lessons of all generations."""
         return Memory(self.path / "archive.jsonl")
 
     @property
     def goal(self) -> Path:
-        """The goal of a job in words, where one was given."""
+        """Goal file of an objective in words; absent if no goal was given."""
         return self.path / "goal.toml"
 
     def asked(self) -> Plan:
         """Return the plan.
 
         Raises:
-            UserError: The folder is no evolution.
+            UserError: The folder is not the folder of an evolution.
         """
         plan = self.plan.read()
         if plan is None:
@@ -93,17 +98,17 @@ class Evolution:
         return plan
 
     def generation(self, number: int) -> Run | None:
-        """Return the run of a generation, counted from 1; None while there is none."""
+        """Return the run of a generation, counted from 1; None if it has not begun."""
         seed = self.asked().config.seed + number - 1
         runs = Library(self.path / "runs").runs()
         return next((run for run in runs if run.asked().config.seed == seed), None)
 
     def training(self, lesson: Lesson) -> JsonFile[Evaluation]:
-        """Return what a short training made of the scene of a lesson."""
+        """Return the file with the evaluation of a short training of the scene of a lesson."""
         return JsonFile(self.path / "trained" / f"{lesson.scene_sha256[:16]}.json", Evaluation)
 
     def lessons(self, run: Run) -> tuple[Lesson, ...]:
-        """Return what a generation measured, with the trainings that were made since."""
+        """Return the lessons of a generation, including the results of short trainings so far."""
         return tuple(
             lesson.model_copy(update={"policy_success": trained.success_share})
             if (trained := self.training(lesson).read())
@@ -113,16 +118,16 @@ class Evolution:
 
 
 def begin(folder: Path, plan: Plan, *, environment: str | Path = "", goal: str | Path = "") -> Evolution:
-    """Make the folder of an evolution; with an equal plan it is gone on with.
+    """Create the folder of an evolution, or reopen it if it holds the same plan; `generations` may differ.
 
     Args:
-        folder: Where.
-        plan: What is asked.
-        environment: Of a job in words: a path, or the MJCF itself.
-        goal: File that says how its success is measured.
+        folder: Folder of the evolution.
+        plan: Job and budget.
+        environment: Environment of an objective in words: MJCF text or the path of its file.
+        goal: Goal file of an objective in words.
 
     Raises:
-        UserError: The folder holds another evolution or something else, or what is asked does not fit together.
+        UserError: The folder holds another evolution or other files, or parts of the plan contradict each other.
     """
     evolution = Evolution(folder)
     if not plan.config.task_feedback:
@@ -151,20 +156,20 @@ def evolve(
     listen: Callable[[str], None] = lambda _line: None,
     follow: Listen = lambda _design, _event: None,
 ) -> Lesson | None:
-    """Work on an evolution until a body does its job, its generations are over or its budget is spent.
+    """Run an evolution until a robot does the job, the last generation is finished or the budget is spent.
 
-    Call it again for one that was stopped or killed: what is finished is not done again.
+    Call it again to continue an evolution that was stopped or killed; finished work is not repeated.
 
     Args:
-        evolution: Its folder.
-        listen: Called with a line about each generation and each training.
+        evolution: The evolution.
+        listen: Called with a line of text about each generation and each short training.
         follow: Called with the events of the runs.
 
     Returns:
-        The best lesson; None where nothing was measured.
+        The best lesson; None if nothing was measured.
 
     Raises:
-        UserError: The folder is no evolution, or a file of it is damaged.
+        UserError: The folder is not the folder of an evolution, or one of its files is damaged.
     """
     plan = evolution.asked()
     for number in range(1, plan.generations + 1):
@@ -187,7 +192,7 @@ def evolve(
 
 
 def _new_generation(evolution: Evolution, plan: Plan, number: int) -> Run | None:
-    """Return the run of a generation that has not begun; None where the budget is spent."""
+    """Create the run of a generation that has not begun, and return it; None if the budget is spent."""
     left = _left(evolution, plan, number)
     if left is None:
         return None
@@ -210,7 +215,7 @@ def _new_generation(evolution: Evolution, plan: Plan, number: int) -> Run | None
 
 
 def _left(evolution: Evolution, plan: Plan, number: int) -> Budget | None:
-    """Return what the generations before left of the budget; None where that is nothing."""
+    """Return the budget that the earlier generations left; None if it is spent."""
     budget, spent = plan.config.budget, [run for n in range(1, number) if (run := evolution.generation(n))]
     usage = [read_status(run).usage for run in spent]
     tokens, cost = budget.tokens, budget.cost_usd
@@ -224,9 +229,9 @@ def _left(evolution: Evolution, plan: Plan, number: int) -> Budget | None:
 
 
 def _to_train(evolution: Evolution, plan: Plan, run: Run) -> Iterator[Lesson]:
-    """Yield the scenes of a generation that are worth a training and have had none.
+    """Yield the lessons of the best scenes of a generation that have not been trained yet.
 
-    A session of the measuring team trains what it finds worth it by itself.
+    Scenes of the measuring team are left out: that team decides itself which scenes to train.
     """
     tried = [each for each in evolution.lessons(run) if each.solved and not each.how]
     solved = sorted(tried, key=lambda each: -each.progress)
@@ -236,7 +241,7 @@ def _to_train(evolution: Evolution, plan: Plan, run: Run) -> Iterator[Lesson]:
 
 
 def _train(evolution: Evolution, plan: Plan, run: Run, lesson: Lesson) -> str:
-    """Train a policy for the scene of a lesson, keep what it reached, and return it in words."""
+    """Train a policy for the scene of a lesson, store its evaluation, and return the result as a sentence."""
     from aidsr.learn.rl.short_training import train_briefly
 
     _, _, number, iteration = lesson.evidence.split("/")
@@ -257,7 +262,7 @@ def _train(evolution: Evolution, plan: Plan, run: Run, lesson: Lesson) -> str:
 
 
 def _measured(evolution: Evolution, plan: Plan) -> list[tuple[int, tuple[Lesson, ...]]]:
-    """Return the generations so far with what each measured."""
+    """Return the number and the lessons of each generation so far."""
     numbered = ((number, evolution.generation(number)) for number in range(1, plan.generations + 1))
     return [(number, evolution.lessons(run)) for number, run in numbered if run]
 

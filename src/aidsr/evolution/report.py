@@ -1,4 +1,4 @@
-"""The page of an evolution: what each generation came to, and the archive."""
+"""Report of an evolution: the results of each generation, and the archive."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from aidsr.memory import Lesson, elites
 
 
 def report(planned: int, generations: Sequence[tuple[int, Sequence[Lesson]]]) -> str:
-    """Return the page as Markdown.
+    """Return the report as Markdown.
 
     Args:
-        planned: Generations that were asked for.
-        generations: Number of each, and what it measured.
+        planned: Maximum number of generations, from the plan.
+        generations: Number and lessons of each generation so far.
     """
     rows = [_generation(number, lessons) for number, lessons in generations]
     every = [lesson for _, lessons in generations for lesson in lessons]
@@ -65,5 +65,5 @@ def _share(share: float | None) -> str:
 
 
 def _plain(text: str) -> str:
-    """Return a designer's words as the text of a cell."""
+    """Return text written by a designer as a cell of a Markdown table: one line, at most 80 characters, no markup."""
     return excerpt(" ".join(text.split()), 80).replace("|", "/").replace("<", "&lt;")

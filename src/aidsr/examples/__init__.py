@@ -1,6 +1,7 @@
-"""Environments with goals, complete and small: to start from, to look at, and to measure the rules by.
+"""Small, complete environments with goals: templates, examples for users, and a test set for the built-in rules.
 
-Each is `NAME.xml`, the environment without a robot, and `NAME.toml`, its goal; `examples.toml` says what is to be done.
+Each example has two files: `NAME.xml`, the environment without a robot, and `NAME.toml`, its goal. `examples.toml`
+holds the title and the objective of each.
 """
 
 from __future__ import annotations
@@ -15,17 +16,17 @@ _FILES = files("aidsr.examples")
 
 @dataclass(frozen=True)
 class Example:
-    """An environment with what is to be done in it."""
+    """An environment, an objective, and the goal that measures success."""
 
     name: str
     title: str
     objective: str
     environment: str
-    """MJCF."""
+    """MJCF text."""
     goal: str
-    """TOML."""
+    """TOML text."""
     like: str = ""
-    """Its name as a template of `aidsr new`; empty where it is none."""
+    """Name of the template in `aidsr new --like`; empty if the example is not a template."""
 
 
 @cache
@@ -44,5 +45,5 @@ def examples() -> dict[str, Example]:
 
 
 def templates() -> dict[str, Example]:
-    """Return the examples that others are made from, by the kind of job: "reach", "grasp", "carry", "turn", "crawl"."""
+    """Return the templates of `aidsr new` by kind of job: "reach", "grasp", "carry", "turn", "crawl"."""
     return {example.like: example for example in examples().values() if example.like}

@@ -1,6 +1,6 @@
-"""A robot as one who builds it sees it: rigid parts, the elastic joints between them, and cables through guides.
+"""Physical structure of a robot: rigid parts, the elastic joints between them, and cables through guides.
 
-Everything stands in one frame, the robot at rest, in millimetres: parts are drawn where they will sit.
+All positions are in millimetres in one frame, that of the robot in its initial pose.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ _LIMITS = Limits(wall_s=120, cpu_s=60)
 
 
 class Shape(Artifact):
-    """One solid of a part."""
+    """One solid of a part, taken from a geom."""
 
     name: str
     kind: Literal["sphere", "capsule", "cylinder", "box", "ellipsoid", "hull"]
     size_mm: Vec3
-    """MuJoCo's size numbers of this kind."""
+    """MuJoCo's size parameters for this kind of geom."""
     position_mm: Vec3
     rotation: tuple[float, ...]
-    """From its own axes to the robot's, row by row, nine numbers."""
+    """Rotation matrix from its own axes to the robot's, nine numbers row by row."""
     points_mm: tuple[Vec3, ...] = ()
     """Corners of a hull."""
 
 
 class Part(Artifact):
-    """Bodies that never move against each other: one piece to print."""
+    """Bodies that never move relative to each other and are printed as one part."""
 
     name: str
     bodies: tuple[str, ...]
@@ -45,52 +45,58 @@ class Part(Artifact):
     rotation: tuple[float, ...]
     mass_kg: float
     held: bool = False
-    """Whether the world holds it, so that its mass moves nothing."""
+    """Whether it is fixed to the world, so that its mass has no influence on the motion."""
 
 
 class Joint(Artifact):
-    """What bends between two parts: one joint of the simulation, or several about the same point."""
+    """The connection of two parts: one joint of the simulation, or several about the same point."""
 
     names: tuple[str, ...]
+    """Names of the joints of the simulation."""
     parent: int
-    """Part it hangs on; -1 for the world."""
+    """Index of the parent part; -1 for the world."""
     child: int
+    """Index of the child part."""
     bodies: tuple[int, int]
-    """The body it hangs on and its own: parts can hold several."""
+    """Numbers of the parent body and of the child body, since a part can have several bodies."""
     kind: Literal["hinge", "ball", "other"]
     anchor_mm: Vec3
     axes: tuple[Vec3, ...]
     """Unit axes of rotation at rest; a ball joint has three."""
     stiffness_n_m_rad: tuple[float, ...]
     limits_rad: tuple[tuple[float, float], ...]
-    """Least and largest angle about each axis from the drawn pose, infinite where there is no limit."""
+    """Smallest and largest angle about each axis relative to the initial pose; infinite where there is no limit."""
     offset_mm: float
-    """How far the joints' own anchors lie apart."""
+    """Largest distance of an anchor of the simulation's joints from the first one."""
 
 
 class Guide(Artifact):
-    """A site that a cable passes."""
+    """A site through which a cable runs."""
 
     site: str
     part: int
+    """Index of its part; -1 for a site of the world."""
     body: int
+    """Number of its body."""
     position_mm: Vec3
 
 
 class Cable(Artifact):
-    """A tendon and the actuator that reels it in."""
+    """A tendon and the actuator that pulls it."""
 
     tendon: str
     actuator: str
     """Empty for a tendon that nothing drives."""
     guides: tuple[Guide, ...]
     wraps: bool
-    """Whether it runs around a geom or a pulley, or is no cable through sites at all."""
+    """Whether it runs around a geom or a pulley, or has fewer than two sites; only other cables run in ducts."""
     length_mm: float
+    """Length in the initial pose."""
     largest_pull_n: float
-    """By the actuator's force limits and gear; infinite where it has none, 0 where it only pushes."""
+    """Largest tension from the actuator's force limits and gear; infinite without force limits or without an
+    actuator, 0 where the actuator only pushes."""
     torques_mm: dict[str, float]
-    """Torque about each joint of the simulation for a pull of 1 N [N mm]."""
+    """Torque about each joint of the simulation for a tension of 1 N [N mm]."""
 
 
 class Anatomy(Artifact):
@@ -102,17 +108,17 @@ class Anatomy(Artifact):
     other_actuators: tuple[str, ...] = ()
     """Actuators that pull on no tendon."""
     open_loops: tuple[str, ...] = ()
-    """Equality constraints that no rigid part can stand for."""
+    """Active weld and connect constraints that do not simply merge two bodies into one rigid part."""
     shared_cables: tuple[str, ...] = ()
     """Tendons that more than one actuator pulls on."""
     couplings: tuple[str, ...] = ()
-    """Equality constraints that make joints or tendons move as one."""
+    """Equality constraints that couple joints or tendons."""
     weightless: tuple[str, ...] = ()
-    """Moving bodies that are relieved of their weight."""
+    """Moving bodies with gravity compensation."""
 
     @property
     def moving_mass_kg(self) -> float:
-        """Mass of all parts the world does not hold [kg]."""
+        """Mass of all parts that are not fixed to the world [kg]."""
         return sum(part.mass_kg for part in self.parts if not part.held)
 
 
@@ -121,11 +127,11 @@ def read_anatomy(mjcf: str) -> Anatomy:
     """Return the anatomy of a robot.
 
     Args:
-        mjcf: The robot alone; compiled in a worker.
+        mjcf: MJCF of the robot alone; compiled in an isolated process.
 
     Raises:
-        MjcfError: The text cannot be loaded.
-        IsolationError: Loading ran past a limit.
+        MjcfError: The MJCF cannot be loaded, or a part has no solid shape.
+        IsolationError: Loading exceeded a limit.
     """
     from aidsr.fabrication.anatomy_reader import read
 

@@ -1,4 +1,4 @@
-"""The worker's side of `aidsr.fabrication.anatomy`: compile a robot and read it off in its rest pose."""
+"""Worker side of `aidsr.fabrication.anatomy`: compile a robot and read its anatomy in the initial pose."""
 
 from __future__ import annotations
 
@@ -35,12 +35,15 @@ _KINDS = {
 
 
 def read(mjcf: str) -> Anatomy:
-    """Return the anatomy of a robot; the work of `aidsr.fabrication.anatomy.read_anatomy`."""
+    """Return the anatomy of a robot; called in the isolated process of `aidsr.fabrication.anatomy.read_anatomy`."""
     return _Reader(compile_mjcf(mjcf)).anatomy()
 
 
 class _Reader:
-    """Reads a compiled robot in its initial pose."""
+    """Reader of a compiled robot in its initial pose.
+
+    A part is identified by its first body, called its root here.
+    """
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self.model, self.data = model, mujoco.MjData(model)
@@ -80,7 +83,7 @@ class _Reader:
         )
 
     def _owners(self) -> Vector:
-        """First body of the rigid part of each body, (nbody,)."""
+        """Return the first body of each body's rigid part (nbody,)."""
         model = self.model
         owner = np.arange(model.nbody)
         for body in range(1, model.nbody):
@@ -93,7 +96,7 @@ class _Reader:
         return owner
 
     def _is_rigid_loop(self, index: int) -> bool:
-        """Whether a weld constraint joins two bodies where they are drawn."""
+        """Whether an equality constraint is an active weld of two of the robot's bodies, which makes them one part."""
         model = self.model
         bodies = int(mujoco.mjtObj.mjOBJ_BODY)
         return bool(
@@ -105,7 +108,11 @@ class _Reader:
         )
 
     def _refuse_what_has_no_shape(self) -> None:
-        """A body without shapes is part of the joint of the one body that hangs on it, and of no other."""
+        """Refuse bodies without shapes, except those that only add a joint to their single child body.
+
+        Raises:
+            MjcfError: A body, or the whole robot, has no solid shape.
+        """
         parents = self.owner[self.model.body_parentid]
         hanging = Counter(parents[self.owner != parents].tolist())
         odd = [self._name("BODY", root) for root in sorted(self.bare) if hanging[root] != 1 or self._is_held(root)]
@@ -130,7 +137,7 @@ class _Reader:
         return body not in self.bare and first >= 0 and int(self.model.jnt_type[first]) != _FREE
 
     def _solid(self, root: int) -> list[int]:
-        """Geoms of a part that are solid: those that can touch something, or all where none can."""
+        """Return the solid geoms of a part: those that can collide, or all of them where none can."""
         model = self.model
         solid = [
             geom
@@ -157,7 +164,7 @@ class _Reader:
         )
 
     def _is_held(self, root: int) -> bool:
-        """Whether the world holds the part of a first body."""
+        """Whether the part with this first body is fixed to the world."""
         return int(self.model.body_parentid[root]) == 0 and int(self.model.body_jntnum[root]) == 0
 
     def _shape(self, geom: int) -> Shape:

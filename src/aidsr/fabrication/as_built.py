@@ -1,4 +1,4 @@
-"""The robot as it will be built, as MJCF: with the masses, stiffness, ranges and shapes of its parts."""
+"""MJCF of the robot as it will be built, with the masses, stiffnesses, joint ranges and shapes of its parts."""
 
 from __future__ import annotations
 
@@ -19,21 +19,22 @@ from aidsr.sim.strip_scenery import write_out_inertias
 from aidsr.sim.structure import name_of
 
 _NOTICED = 0.01
-"""Relative difference below which nothing is called a change. Our choice: what a printer repeats."""
+"""Relative difference above which a value is listed as changed. Our choice: the repeatability of a printer."""
 
 
 @dataclass(frozen=True)
 class Wall:
-    """Material to add to a body, as a capsule."""
+    """A massless capsule to add to a body."""
 
     body: int
+    """Number of the body."""
     ends_m: list[list[float]]
-    """In the axes of the whole robot, (2, 3)."""
+    """End points in the robot's frame (2, 3)."""
     radius_m: float
 
 
 def changes_of(build: RobotBuild) -> tuple[Change, ...]:
-    """Return what was changed to build a robot, in words."""
+    """Return the differences between the robot as built and as simulated, in words."""
     found = [*_mass_changes(build), *_joint_changes(build)]
     gaps = [gap.length_mm for gap in build.skeleton.gaps]
     if gaps:
@@ -112,7 +113,7 @@ def _joint_changes(build: RobotBuild) -> list[Change]:
 
 
 def _range_changes(build: RobotBuild) -> Iterator[Change]:
-    """The joints that walls stop before their simulated limits, and those that nothing stops at them."""
+    """Yield the joints whose faces touch before the simulated limit, and those without a stop at that limit."""
     gaps = [(gap.touch_rad, build.anatomy.joints[gap.joint].limits_rad) for gap in build.skeleton.gaps]
     stopped = [(touch, limits) for touch, limits in gaps if touch < np.abs(limits).max()]
     free = [(touch, limits) for touch, limits in gaps if touch > np.abs(limits).min()]
@@ -144,13 +145,13 @@ def as_built(build: RobotBuild, mjcf: str) -> str:
 
     Raises:
         MjcfError: The changed robot cannot be compiled.
-        IsolationError: Compiling ran past a limit.
+        IsolationError: Compiling exceeded a limit.
     """
     return rewrite(mjcf, _mass_factors(build), _joint_values(build), _skins(build), _walls(build) + _bending(build))
 
 
 def _mass_factors(build: RobotBuild) -> dict[int, float]:
-    """Built / simulated mass of each body, by its number."""
+    """Return built / simulated mass of each body, by the body's number."""
     shares = Counter(part for piece in build.shaping.pieces for part in piece.parts)
     of_piece = {name: part.weight for part in build.robot_parts for name in part.used_for}
     factors: dict[int, float] = dict.fromkeys(shares, 0.0)
@@ -171,7 +172,7 @@ def _joint_values(build: RobotBuild) -> dict[str, dict[str, float]]:
 
 
 def _skins(build: RobotBuild) -> dict[str, list[list[float]]]:
-    """New ends of the capsules and cylinders that end at gaps, by the geom's name [m]."""
+    """Return the new end points of the capsules and cylinders that end at gaps, by the geom's name [m]."""
     found: dict[str, list[list[float]]] = {}
     for gap in build.skeleton.gaps:
         joint = build.anatomy.joints[gap.joint]
@@ -191,7 +192,7 @@ def _skins(build: RobotBuild) -> dict[str, list[list[float]]]:
 
 
 def _walls(build: RobotBuild) -> list[Wall]:
-    """The walls around ducts, as capsules [m]."""
+    """Return the walls around ducts, as capsules."""
     return [
         Wall(
             duct.body,
@@ -204,7 +205,7 @@ def _walls(build: RobotBuild) -> list[Wall]:
 
 
 def _bending(build: RobotBuild) -> list[Wall]:
-    """What bends in each gap, half of it on either part, as capsules [m]."""
+    """Return the hinge in each gap as two capsules, one on each of the two parts."""
     found = []
     for index, hinge in build.hinges.hinges.items():
         gap, joint = build.skeleton.gaps[index], build.anatomy.joints[index]
@@ -226,7 +227,15 @@ def rewrite(
     skins: dict[str, list[list[float]]],
     walls: list[Wall],
 ) -> str:
-    """Return a robot with masses, joints and shapes as built; the work of `as_built` in an isolated process."""
+    """Return the MJCF of a robot with masses, joints and shapes as built; runs in an isolated process.
+
+    Args:
+        mjcf: The robot as designed.
+        masses: Built / simulated mass, by the body's number.
+        joints: "stiffness" [N m/rad] and "range" [rad], by the joint's name.
+        skins: New end points (2, 3) [m] of capsules and cylinders, by the geom's name.
+        walls: Capsules to add.
+    """
     spec = parse_mjcf(mjcf)
     write_out_inertias(spec)
     model = spec.compile()
@@ -251,7 +260,7 @@ def rewrite(
 
 
 def _bend(joint: Any, new: dict[str, float], *, degree: bool) -> None:
-    """Give a joint its stiffness [N m/rad] and its range about the pose it is drawn in [rad]."""
+    """Set the stiffness [N m/rad] of a joint and its range [rad], which is symmetric about the initial pose."""
     if np.ndim(joint.stiffness):
         joint.stiffness = [new["stiffness"], *([0.0] * (len(joint.stiffness) - 1))]
     else:
@@ -262,7 +271,7 @@ def _bend(joint: Any, new: dict[str, float], *, degree: bool) -> None:
 
 
 def _slacken(spec: mujoco.MjSpec) -> None:
-    """Take the forces of tendons that nothing drives: no cable is cut for them. Sensors on them keep measuring."""
+    """Remove the forces of tendons without an actuator: no cable is cut for them. Sensors on them remain."""
     driven = {actuator.target for actuator in spec.actuators if actuator.trntype == mujoco.mjtTrn.mjTRN_TENDON}
     for tendon in spec.tendons:
         if tendon.name not in driven:
@@ -286,10 +295,10 @@ def _local(data: mujoco.MjData, body: int, points: Any) -> Any:
 
 
 def _shorten(geom: Any, ends: Any, model: mujoco.MjModel, data: mujoco.MjData, number: int) -> None:
-    """Make a capsule a cylinder between two faces; parts have flat ends."""
+    """Turn a capsule or cylinder into a cylinder between two end points, because built parts have flat ends."""
     begin, end = _local(data, int(model.geom_bodyid[number]), ends)
     geom.type = mujoco.mjtGeom.mjGEOM_CYLINDER
-    geom.fromto, geom.pos = [*begin, *end], np.zeros(3)  # MuJoCo takes one of the two
+    geom.fromto, geom.pos = [*begin, *end], np.zeros(3)  # MuJoCo accepts only one of the two
     geom.size = [float(model.geom_size[number, 0]), 0.0, 0.0]
 
 

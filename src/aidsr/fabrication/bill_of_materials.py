@@ -1,4 +1,4 @@
-"""What to buy: motors, rods, lines, sheaths, plastic, with prices where they are known."""
+"""Bill of materials: motors, rods, lines, sheaths, small parts and plastic, with prices where they are known."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from aidsr.fabrication.winches import SHEATH_MM
 
 
 class Item(Artifact):
-    """One line of the bill."""
+    """One line of the bill of materials."""
 
     what: str
     amount: str
     used_for: str
     cost_usd: float | None
-    """None where no price is known; unknown is never counted as free."""
+    """Cost of the whole amount; None where no price is known."""
     source: str = ""
 
 
 def bill(build: RobotBuild) -> tuple[Item, ...]:
-    """Return all that is bought."""
+    """Return all items to buy."""
     return (*_motors(build), *_rods(build), *_lines(build), *_small(build), *_plastic(build))
 
 

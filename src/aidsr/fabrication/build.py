@@ -1,4 +1,4 @@
-"""Build a robot from its MJCF: material, hinges, parts, their weight and checks, winches."""
+"""Computation of a robot build from MJCF: material, hinges, parts, their weight and checks, and winches."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ from aidsr.fabrication.winches import Demand, Winch, choose_winches, demands, wi
 
 @dataclass(frozen=True)
 class PrintedPart:
-    """One kind of piece, printed one or several times.
+    """One kind of printed part, printed once or several times.
 
     Attributes:
-        name: File name without ending.
+        name: File name without extension.
         what: "robot", "station" or "spool".
-        material: What it is printed of.
-        used_for: Pieces or cables it is used for.
-        lying: How it lies on the bed.
-        full: What of it must be printed full, lying the same; None where nothing must.
+        material: Material it is printed from.
+        used_for: Names of the pieces of the robot, or of the actuators, it is used for; one for each copy.
+        lying: The part in its orientation on the bed, with the results of the checks.
+        full: Portion that must be printed solid, in the same orientation; None where there is none.
         weight: Its mass and infill.
     """
 
@@ -54,7 +54,7 @@ class PrintedPart:
 
 @dataclass(frozen=True)
 class RobotBuild:
-    """A robot as parts and winches, as far as it can be built."""
+    """The parts and winches of a robot; `faults` lists what cannot be built."""
 
     anatomy: Anatomy
     skeleton: Skeleton
@@ -74,7 +74,7 @@ class RobotBuild:
 
     @property
     def faults(self) -> tuple[Fault, ...]:
-        """Everything in the way of building it, errors first."""
+        """All faults found while building, errors first."""
         found = [
             *routing_faults(self.anatomy),
             *unsupported_faults(self.anatomy),
@@ -98,16 +98,16 @@ def build_robot(
     *,
     material: str | None = None,
 ) -> RobotBuild:
-    """Build a robot of the first material that its hinges can be made of.
+    """Build a robot from the first of the materials whose hinges have the fewest errors.
 
     Args:
-        mjcf: The robot alone.
-        reports: What the validator recorded of it, alone and in its scene.
-        printer: What it is printed on.
-        material: Name of a material; None tries all the printer has.
+        mjcf: MJCF of the robot alone.
+        reports: Reports of the validator on the robot alone and in its scene; they give the winches' requirements.
+        printer: Printer for all parts.
+        material: Name of a material; None tries all materials of the printer.
 
     Raises:
-        UserError: There is no such material for this printer.
+        UserError: The printer has no such material.
         MjcfError: The robot cannot be loaded.
     """
     choices = material_for(printer, material)
@@ -122,7 +122,7 @@ def build_robot(
 
 
 def _lines(anatomy: Anatomy, demands_by_actuator: dict[str, Demand]) -> tuple[Line, ...]:
-    """The line of each cable, the thinnest where none is chosen."""
+    """Return the line of each cable; the thinnest line where none is chosen."""
     first = {winch.cable: winch.line for winch in choose_winches(anatomy, demands_by_actuator, {})}
     return tuple(first.get(index) or lines()[0] for index in range(len(anatomy.cables)))
 
@@ -151,7 +151,7 @@ def _build(
 
 
 def _robot_parts(anatomy: Anatomy, shaping: Shaping, hinges: Hinges, printer: Printer) -> list[PrintedPart]:
-    """The robot's pieces, alike ones together; each of those that move carries its share of the rods."""
+    """Return the parts of the robot, with equal pieces grouped; each moving piece gets an equal share of rod mass."""
     moving = {piece.name for piece in shaping.pieces if not all(anatomy.parts[p].held for p in piece.parts)}
     rods = sum(
         math.pi * hinges.backbones[r.backbone].diameter_mm ** 2 / 4 * r.length_mm * 1e-9
@@ -184,7 +184,10 @@ def _robot_parts(anatomy: Anatomy, shaping: Shaping, hinges: Hinges, printer: Pr
 def _bench_parts(
     anatomy: Anatomy, winches: tuple[Winch, ...], material: Material, printer: Printer
 ) -> list[PrintedPart]:
-    """Stations and spools, alike ones together; of the stiffest plastic the printer has."""
+    """Return the stations and spools, with equal ones grouped.
+
+    They are printed from the robot's material, or from the first that is no elastomer where the robot's is one.
+    """
     stiff = max(
         material_for(printer, None), key=lambda m: (m.name == material.name and not m.elastomer, not m.elastomer)
     )

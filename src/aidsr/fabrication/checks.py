@@ -1,4 +1,4 @@
-"""Is a piece fit to be printed: closed, thick enough, within the bed, and with how much support."""
+"""Printability checks of a piece: orientation on the bed, closed surface, wall thickness, size and support volume."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from aidsr.fabrication.weld import is_watertight, welded
 Size = tuple[float, float, float]
 
 _PROBES = 300
-"""Places at which a wall is measured. Our choice: every 2 mm of a piece of the size of a hand's joint."""
+"""Number of points at which the wall is measured. Our choice: every 2 mm on a piece the size of a finger joint."""
 
 _FACING = 0.9
-"""Cosine above which two faces count as the two sides of a wall; less is an edge."""
+"""Cosine of the angle between opposite faces above which they count as the two sides of a wall; below it is an edge."""
 
 _SAFE_TURN_MM = 1e-3
 
 
 @dataclass(frozen=True)
 class Print:
-    """A piece as it lies on the bed.
+    """A piece in its orientation on the bed, with the results of the checks.
 
     Attributes:
-        surface: Turned to stand as it is printed, its lowest point at 0.
-        size_mm: Of the box around it.
-        support_mm3: Volume under faces that lean too far, down to the bed or the next face: a bound from above.
-        fits: Whether it goes onto the bed.
+        surface: Surface in the orientation in which it is printed, with its lowest point at z = 0.
+        size_mm: Size of its bounding box.
+        support_mm3: Volume between the bed and the faces with too much overhang, an upper bound of the support.
+        fits: Whether it fits the bed.
         watertight: Whether each edge joins exactly two triangles.
         wall_mm: Thinnest wall found.
     """
@@ -47,13 +47,18 @@ class Print:
 def to_print(
     solid: Manifold, up: Vector, printer: Printer, inside: Manifold | None = None
 ) -> tuple[Print, Triangles | None]:
-    """Return a piece in the position that needs least support, among its limb's axis and the three others.
+    """Return a piece in the orientation that fits the bed and needs least support, out of six.
+
+    In the six orientations, the limb's axis or one of two axes perpendicular to it points up or down.
 
     Args:
-        solid: Where it sits in the robot.
-        up: Its limb's axis (3,).
-        printer: What it is printed on.
-        inside: Something in it that is wanted in the same position.
+        solid: Solid of the piece, in its position in the robot.
+        up: Axis of its limb (3,).
+        printer: Printer for which it is checked.
+        inside: Portion of the piece to return in the same orientation; None for none.
+
+    Returns:
+        The piece, and the surface of `inside`; None where `inside` is None or empty.
     """
     frame = frame_along(up)
     choices: list[tuple[bool, float, int, Size, Manifold, Vector, Size]] = []
@@ -76,7 +81,7 @@ def to_print(
 
 
 def thinnest_wall_mm(solid: Manifold) -> float:
-    """Return the thinnest wall between two faces that look away from each other [mm]."""
+    """Return the smallest wall thickness between two faces with opposite normals; infinite where none is found [mm]."""
     surface = triangles(solid)
     normals, corners = surface.normals, surface.corners
     areas = np.linalg.norm(normals, axis=1)
@@ -94,7 +99,7 @@ def thinnest_wall_mm(solid: Manifold) -> float:
 
 
 def _support_mm3(surface: Triangles, printer: Printer) -> float:
-    """Volume between the bed and the faces that hang over, a bound on what a slicer fills [mm3]."""
+    """Return the volume between the bed and the overhanging faces, an upper bound of a slicer's support [mm3]."""
     normals, corners = surface.normals, surface.corners
     area = np.linalg.norm(normals, axis=1) / 2
     down = -normals[:, 2] / np.maximum(2 * area, 1e-12)

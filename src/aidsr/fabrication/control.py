@@ -1,4 +1,4 @@
-"""How a builder drives the robot: which spool turns how far for which control, as JSON and as a small program."""
+"""Mapping from control values to spool angles for the built robot, as JSON and as a small Python program."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ from aidsr.fabrication.force_response import Response
 
 
 def control_map(build: RobotBuild, responses: tuple[Response, ...]) -> dict[str, Any]:
-    """Return what `drive.py` reads: for each actuator its motor, spool, and table from control to spool angle."""
+    """Return the contents of control.json, which `drive.py` reads.
+
+    They hold for each actuator the motor, the spool, and a table from control values to spool angles and torques.
+    """
     known = {response.actuator: response for response in responses}
     actuators = []
     for number, winch in enumerate(build.winches, start=1):

@@ -1,4 +1,4 @@
-"""Pieces that are printed, and how one that is larger than the bed becomes two with pins between them."""
+"""Pieces to print, and cutting of a piece that exceeds the bed into several that are joined with pins."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ from aidsr.fabrication.skeleton import Skeleton
 from aidsr.fabrication.solids import frame_along, placed, rounded, union
 
 _PIN_MM, _PIN_DEEP_MM = 1.75, 5.0
-"""Pins that keep two halves of a limb from turning: pieces of filament."""
+"""Diameter of the pins that align two halves, cut from filament, and depth of a pin in each half."""
 
 _PLACES = (0.5, 0.4, 0.6, 0.3, 0.7)
-"""Where a piece is cut, as shares of its length, until two pins find room. Our choice: near the middle first."""
+"""Positions of a cut as shares of the length, tried in order until two pins fit. Our choice: near the middle first."""
 
 _WITHIN = 0.98
-"""Share of a pin's hole that must lie in plastic. Our choice: facets of a drilled circle."""
+"""Smallest share of a pin's hole that must lie in plastic. Our choice: allows for the facets of a drilled circle."""
 
 
 @dataclass(frozen=True)
 class Piece:
-    """One piece that comes off the printer.
+    """One printed piece.
 
     Attributes:
-        name: Of its first part, with a number where it is one slice of it.
-        parts: The rigid parts in it, a part that is cut in two belongs to both halves.
-        solid: Where it sits in the robot at rest.
-        up: Direction of its limb there, which decides how it could stand on the bed (3,).
-        material: What it is printed of.
-        necks: What bends in it and is printed full; None where nothing bends.
-        cut: Whether it was cut off another for the bed.
+        name: Name of its first part, with a number where it is a slice of a larger piece.
+        parts: Indices of the rigid parts in it; a part that is cut in two belongs to both halves.
+        solid: Its solid, in its position in the robot at rest.
+        up: Direction of its limb at rest, from which its orientations on the bed are derived (3,).
+        material: Material it is printed from.
+        necks: Portion that bends and is printed solid; None where nothing bends.
+        cut: Whether it is a slice of a piece that exceeded the bed.
     """
 
     name: str
@@ -48,7 +48,7 @@ class Piece:
 
 
 def distinct(names: Iterable[str]) -> list[str]:
-    """Return names with a number added to each that was there before, in letters of either case."""
+    """Return the names made unique: each repeated one gets a number. Upper and lower case count as the same."""
     found: dict[str, str] = {}
     for name in names:
         new, count = name, 1
@@ -60,12 +60,15 @@ def distinct(names: Iterable[str]) -> list[str]:
 
 
 def cut_limb(skeleton: Skeleton, piece: Piece, printer: Printer) -> tuple[Piece, ...]:
-    """Return a limb, cut across parts as often as it takes to fit the bed, from its root outwards."""
+    """Return the slices of a limb from its root outwards, cut through parts until each slice fits the bed."""
     return _numbered(piece, _limb_slices(skeleton, piece, printer))
 
 
 def cut_across(piece: Piece, printer: Printer) -> tuple[Piece, ...]:
-    """Return a piece, cut across its longest side until it fits the bed; whole where pins find no room."""
+    """Return the slices of a piece, cut across the longest side until each fits the bed.
+
+    A slice that is too large stays whole where no two pins fit.
+    """
     return _numbered(piece, _slices(piece, printer))
 
 
@@ -123,14 +126,14 @@ def _slices(piece: Piece, printer: Printer) -> Iterator[Piece]:
 
 
 def _fits(piece: Piece, printer: Printer) -> bool:
-    """Whether a piece goes onto the bed in one of the positions it may lie in."""
+    """Whether a piece fits the bed in one of its possible orientations."""
     x0, y0, z0, x1, y1, z1 = placed(piece.solid, np.zeros(3), frame_along(piece.up).T).bounding_box()
     sides = (x1 - x0, y1 - y0, z1 - z0)
     return any(printer.fits((sides[a], sides[b], sides[c])) for a, b, c in ((0, 1, 2), (2, 0, 1), (2, 1, 0)))
 
 
 def _pins(solid: Manifold, axis: Vector, height: float, printer: Printer) -> Manifold | None:
-    """Return two holes for pins through a plane, in the plastic on both sides of it, or None where there is no room."""
+    """Return the holes for two pins across a cutting plane, or None where they do not fit in the plastic."""
     turn = frame_along(axis)
     section = placed(solid, np.zeros(3), turn.T).slice(height)
     islands = section.decompose()

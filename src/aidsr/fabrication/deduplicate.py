@@ -1,4 +1,4 @@
-"""Which pieces have the same shape, so that one file serves for all of them."""
+"""Comparison of pieces by shape, so that equal pieces share one file."""
 
 from __future__ import annotations
 
@@ -9,13 +9,15 @@ from aidsr.fabrication.anatomy import Part, Vector
 from aidsr.fabrication.solids import placed, triangles
 
 _TOLERANCE = 0.02
-"""Largest relative difference of the moments of two pieces that are the same. Our choice: facets of curved faces."""
+"""Largest difference between the moments of two equal pieces / cube root of the volume. Our choice: allows for the
+facets of curved faces."""
 
 
 def moments(solid: Manifold, part: Part) -> Vector:
     """Return volume, extent, centroid and second moments of a piece in the frame of its first part (16,) [mm].
 
-    Mirror images differ in them, as rotations do.
+    Second moments enter as signed square roots, so that all entries are lengths. Mirror images and rotated pieces have
+    different moments.
 
     Source: integrals over the tetrahedra between the origin and each triangle.
     """
@@ -32,5 +34,5 @@ def moments(solid: Manifold, part: Part) -> Vector:
 
 
 def same_shape(one: Vector, other: Vector) -> bool:
-    """Whether two pieces with these moments are the same."""
+    """Whether two pieces with these moments have the same shape."""
     return bool(np.abs(one - other).max() <= _TOLERANCE * one[0])

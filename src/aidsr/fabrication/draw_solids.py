@@ -1,4 +1,4 @@
-"""Pictures of solids without a graphics driver: shaded surfaces with drawn edges, as in an assembly manual."""
+"""Software rendering of solids without a graphics driver: shaded surfaces with drawn edges, as in assembly manuals."""
 
 from __future__ import annotations
 
@@ -17,34 +17,34 @@ from aidsr.fabrication.solids import Triangles
 Colour = tuple[float, float, float]
 
 _LIGHT = np.array([-0.4, 0.7, 0.6])
-"""From where light comes, in the picture's axes: over the left shoulder."""
+"""Direction towards the light, in the picture's axes (right, up, towards the viewer): from the upper left."""
 _AMBIENT = 0.42
 _EDGE = 0.35
 _MARGIN = 0.06
 _OVERSAMPLING = 2
-"""Our choice: drawn twice as large and averaged, so that edges are smooth."""
+"""Factor by which pictures are drawn larger and then averaged, for smooth edges. Our choice."""
 
 
 @dataclass(frozen=True)
 class Coloured:
-    """A surface and its colour, each channel 0 to 1."""
+    """A surface and its colour, with channels from 0 to 1."""
 
     surface: Triangles
     colour: Colour
     shift: Vector
-    """Where it is moved for the picture (3,) [mm]."""
+    """Displacement of the surface for the picture (3,) [mm]."""
 
 
 @dataclass(frozen=True)
 class View:
-    """A camera without perspective.
+    """An orthographic camera.
 
     Attributes:
-        right: Direction of the picture's x axis (3,).
-        up: Of its y axis, upwards.
-        towards: Towards the viewer.
+        right: Unit vector to the right of the picture (3,).
+        up: Unit vector upwards in the picture (3,).
+        towards: Unit vector towards the viewer (3,).
         middle: Point in the middle of the picture (3,) [mm].
-        scale: Pixels of a millimetre.
+        scale: Scale of the picture [px/mm].
         size: Columns and rows [px].
     """
 
@@ -56,7 +56,7 @@ class View:
     size: tuple[int, int]
 
     def project(self, points: Vector) -> Vector:
-        """Return pixel columns and rows, and nearness to the viewer [mm], of points (n, 3)."""
+        """Return columns [px], rows [px] and depth towards the viewer [mm] of points (n, 3), as (n, 3)."""
         away = np.atleast_2d(points) - self.middle
         columns = self.size[0] / 2 + self.scale * (away @ self.right)
         rows = self.size[1] / 2 - self.scale * (away @ self.up)
@@ -67,10 +67,10 @@ def view_of(points: Vector, size: tuple[int, int], *, up: Vector, towards: Vecto
     """Return the view in which points fill a picture.
 
     Args:
-        points: What must be seen (n, 3) [mm].
-        size: Columns of the picture, and the most rows; fewer where the points need fewer.
-        up: What points upwards.
-        towards: From where to look.
+        points: Points that must be visible (n, 3) [mm].
+        size: Columns of the picture, and largest number of rows; the picture has fewer where the points need fewer.
+        up: Direction that points upwards in the picture (3,).
+        towards: Direction from the points towards the viewer (3,).
     """
     towards = unit(towards)
     right = unit(np.cross(up, towards))
@@ -85,7 +85,7 @@ def view_of(points: Vector, size: tuple[int, int], *, up: Vector, towards: Vecto
 
 
 def draw(items: Sequence[Coloured], view: View) -> bytes:
-    """Return a PNG of surfaces, white where there is nothing."""
+    """Return a PNG of surfaces on a white background."""
     fine = View(
         view.right, view.up, view.towards, view.middle, view.scale * _OVERSAMPLING,
         (view.size[0] * _OVERSAMPLING, view.size[1] * _OVERSAMPLING),
@@ -113,7 +113,7 @@ def draw(items: Sequence[Coloured], view: View) -> bytes:
 def _fill(
     corners: Vector, normal: Vector, shade: Vector, depths: NDArray[np.float64], normals: Vector, colours: Vector
 ) -> None:
-    """Draw one triangle where it is nearer than what is there already."""
+    """Draw one triangle into the buffers, where it is nearer than their contents (z-buffer)."""
     rows, columns = depths.shape
     x0, y0 = np.maximum(np.floor(corners[:, :2].min(axis=0)).astype(int), 0)
     x1 = min(int(np.ceil(corners[:, 0].max())) + 1, columns)
@@ -137,7 +137,7 @@ def _fill(
 
 
 def _edges(depth: NDArray[np.float64], normal: Vector) -> NDArray[np.float64]:
-    """1 where surfaces meet at an angle or one stands before another, else 0 (rows, columns)."""
+    """Return 1 where surfaces meet at an angle or one is in front of another, else 0 (rows, columns)."""
     found = np.zeros(depth.shape, dtype=bool)
     for axis in (0, 1):
         first, second = [slice(None)] * 2, [slice(None)] * 2

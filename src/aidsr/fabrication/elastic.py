@@ -1,4 +1,4 @@
-"""Which joints an elastic hinge can stand for at all."""
+"""Check of which joints can be built as elastic hinges, independent of the material."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from aidsr.core.artifacts import Fault
 from aidsr.fabrication.anatomy import Anatomy, Joint
 
 _SAME_STIFFNESS = 0.1
-"""Stiffnesses about two axes that differ by less than this share are made by one round rod. Our choice."""
+"""Largest relative difference of the stiffnesses about two axes that are built with one round rod. Our choice."""
 
 
 def elastic_faults(anatomy: Anatomy) -> Iterator[Fault]:
-    """Yield the joints that no elastic hinge can stand for, whatever it is made of."""
+    """Yield a fault for the joints that no elastic hinge can replace, whatever its material."""
     reasons: dict[str, list[str]] = {}
     for joint in anatomy.joints:
         reason = unsupported_reason(joint)
@@ -30,7 +30,7 @@ def elastic_faults(anatomy: Anatomy) -> Iterator[Fault]:
 
 
 def unsupported_reason(joint: Joint) -> str:
-    """Return why no rod or neck can stand for a joint; "" where one can."""
+    """Return why no rod or neck can replace a joint; "" where one can."""
     if joint.kind == "other":
         return "slides or has more than turning joints; rods and necks only bend"
     if joint.parent < 0:

@@ -1,4 +1,4 @@
-"""Parts as files: STL and 3MF, both in millimetres. 3MF states its unit; STL has none."""
+"""Conversion of surfaces to STL and 3MF files, both in millimetres. 3MF states its unit; STL has none."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _RELATIONS = (
     'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>'
 )
 _DATE = (1980, 1, 1, 0, 0, 0)
-"""Of every entry, so that the same part makes the same file."""
+"""Timestamp of every entry in the archive; constant, so that the same part always gives the same file."""
 
 
 def stl(surface: Triangles, name: str) -> bytes:
@@ -41,7 +41,7 @@ def stl(surface: Triangles, name: str) -> bytes:
 def three_mf(surface: Triangles, name: str) -> bytes:
     """Return a surface as 3MF.
 
-    Source: 3MF Core Specification 1.3: a package of three files, of which one holds vertices and triangles.
+    Source: 3MF Core Specification 1.3: a package of three files, one of which holds the vertices and triangles.
     """
     package = io.BytesIO()
     with zipfile.ZipFile(package, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -55,7 +55,7 @@ def three_mf(surface: Triangles, name: str) -> bytes:
 
 
 def _exact(number: float) -> str:
-    """Return a number on the grid of files with all its decimals."""
+    """Return a coordinate as text with all its decimals; coordinates lie on the grid of `weld.GRID_MM`."""
     return f"{number:.10f}".rstrip("0").rstrip(".")
 
 

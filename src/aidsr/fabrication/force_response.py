@@ -1,4 +1,7 @@
-"""How far each cable is reeled in for a given control: pulled one at a time in simulation, until the robot rests."""
+"""Length by which each cable is reeled in at a given control, measured in simulation.
+
+Cables are pulled one at a time until the robot is at rest.
+"""
 
 from __future__ import annotations
 
@@ -13,25 +16,26 @@ from aidsr.sim.structure import name_of
 
 _LEVELS = 6
 _SETTLING_S, _LOOK_S = 1.0, 0.1
-"""Longest wait at a control, and how often it is looked whether the cable still moves. Our choice: long against the
-0.05 s of the winches and the swing of a limb; the drift that is left is recorded."""
+"""Longest wait at a control value, and interval at which the motion of the cable is checked. Our choice: long compared
+with the 0.05 s time constant of the winches and the swing of a limb; the remaining drift is part of the result."""
 
 _STILL_M = 5e-6
-"""What a cable may still move between two looks. Our choice: below what a winch resolves."""
+"""Movement between two checks below which a cable is at rest. Our choice: below the resolution of a winch."""
 
 _LIMITS = Limits(wall_s=300, cpu_s=120)
 _TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
 
 
 class Response(Artifact):
-    """What one actuator does alone."""
+    """Static response of the robot to one actuator, with all others at zero control."""
 
     actuator: str
     ctrl: tuple[float, ...]
-    """From rest to the end of its range, in the units of the simulation."""
+    """Control values from rest to the end of its range, in the units of the simulation."""
     force_n: tuple[float, ...]
-    """Tension of the cable at rest there."""
+    """Tension of the cable at each control value, with the robot at rest."""
     reeled_in_mm: tuple[float, ...]
+    """Length reeled in at each control value, from the length in the initial pose."""
 
 
 @isolated(limits=_LIMITS)
@@ -39,16 +43,16 @@ def responses(mjcf: str) -> tuple[Response, ...]:
     """Return the response of each tendon actuator of a robot.
 
     Raises:
-        IsolationError: Simulating ran past a limit.
+        IsolationError: The simulation exceeded a limit.
     """
     model = compile_mjcf(mjcf)
-    model.opt.gravity[:] = 0.0  # the same answer however the robot is mounted
+    model.opt.gravity[:] = 0.0  # the same result for every orientation of the mount
     actuators = [index for index in range(model.nu) if int(model.actuator_trntype[index]) == _TENDON]
     return tuple(_response(model, index) for index in actuators)
 
 
 def _response(model: mujoco.MjModel, actuator: int) -> Response:
-    """Return what one actuator does from rest to the end of its range that pulls hardest: cables cannot push."""
+    """Return the response from rest to the end of the control range that pulls harder; cables cannot push."""
     low, high = model.actuator_ctrlrange[actuator] if model.actuator_ctrllimited[actuator] else (0.0, 1.0)
     rest = float(np.clip(0.0, low, high))
     ends = [float(end) for end in (low, high) if end != rest] or [rest]
@@ -76,7 +80,7 @@ def _towards(model: mujoco.MjModel, actuator: int, rest: float, far: float) -> R
 
 
 def _settle(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> None:
-    """Step until a cable rests, or for as long as is waited at most."""
+    """Step the simulation until a cable is at rest, at most `_SETTLING_S`."""
     steps = max(1, round(_LOOK_S / model.opt.timestep))
     for look in range(round(_SETTLING_S / _LOOK_S)):
         before = float(data.ten_length[tendon])

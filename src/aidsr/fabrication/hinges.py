@@ -1,7 +1,8 @@
-"""What bends at each joint: a bought rod, a pair of rods, or a printed neck, sized from the joint's stiffness.
+"""Design of the elastic hinge of each joint: a bought rod, a pair of rods, or a printed neck.
 
-A rod of bending stiffness E I that is free over a length g between two clamps is a hinge of stiffness k = E I / g about
-its middle. A neck printed in one piece with its limb spans the gap, so its thickness follows from g.
+A rod of bending stiffness E I with a free length g between two clamps acts as a hinge of stiffness k = E I / g about
+its middle, so a rod's free length follows from the joint's stiffness. A printed neck spans the gap, so its length is g
+and its thickness follows.
 
 Source: Euler-Bernoulli beam under a pure moment; a strip has I = w t^3 / 12, a round rod I = pi d^4 / 64.
 """
@@ -22,30 +23,30 @@ from aidsr.fabrication.skeleton import Gap, Skeleton
 from aidsr.sim.beam import rod_diameter, rod_stiffness
 
 _LEAST_CLAMP_MM = 3.0
-"""Length over which a part must hold a rod. Our choice: a glued joint of two to three diameters."""
+"""Smallest length over which a part must hold a rod. Our choice: a glued joint of two to three rod diameters."""
 
 _LEAST_FREE_MM = 2.0
 _STEP_MM = 0.05
-"""To which printed thicknesses are rounded. Our choice: a printer's own accuracy."""
+"""Step to which printed thicknesses are rounded. Our choice: the accuracy of a printer."""
 
 _WIDEST_SHARE = 1.6
-"""Width of a flat neck / radius of the limb. Our choice: inside the limb, with room for cables beside it."""
+"""Width of a flat neck / radius of the limb. Our choice: fits inside the limb, with room for cables beside it."""
 
 
 @dataclass(frozen=True)
 class Hinge:
-    """What stands for one joint.
+    """The elastic element that replaces one joint.
 
     Attributes:
-        joint: Its index in the anatomy.
-        kind: "rod", "pair" of rods side by side, a "round" or a "flat" printed neck.
-        thickness_mm: Diameter of the rod or the round neck, thickness of the flat one.
-        width_mm: Of the flat neck; distance between the rods of a pair; 0 otherwise.
+        joint: Index of the joint in the anatomy.
+        kind: "rod", "pair" for two rods side by side, "round" or "flat" for a printed neck.
+        thickness_mm: Diameter of a rod or round neck, thickness of a flat neck.
+        width_mm: Width of a flat neck, distance between the rods of a pair, 0 otherwise.
         free_mm: Length over which it bends.
-        stiffness_n_m_rad: As built.
-        strain: Largest strain at the joint's largest angle.
-        allowed_strain: What its material may see.
-        linear_rad: Angle beyond which it is softer than a spring of constant stiffness.
+        stiffness_n_m_rad: Stiffness as built.
+        strain: Largest strain, at the largest angle of the joint.
+        allowed_strain: Largest allowed strain of its material.
+        linear_rad: Angle beyond which it is softer than a linear spring.
     """
 
     joint: int
@@ -61,13 +62,13 @@ class Hinge:
 
 @dataclass(frozen=True)
 class Backbone:
-    """Rods that run through a limb.
+    """One rod, or two parallel rods, through consecutive joints of a limb.
 
     Attributes:
-        joints: Joints they run through, from the root outwards.
-        rod: What to buy.
-        diameter_mm: Of each rod.
-        count: One, or two side by side.
+        joints: Indices of the joints, from the root outwards.
+        rod: Rod stock to buy.
+        diameter_mm: Diameter of each rod.
+        count: Number of rods, 1 or 2.
     """
 
     joints: tuple[int, ...]
@@ -78,7 +79,7 @@ class Backbone:
 
 @dataclass(frozen=True)
 class Hinges:
-    """All hinges of a robot, the backbones that some belong to, and what could not be made."""
+    """All hinges of a robot by the joint's index, the backbones that contain them, and the faults found."""
 
     hinges: dict[int, Hinge]
     backbones: tuple[Backbone, ...]
@@ -86,7 +87,7 @@ class Hinges:
 
 
 def design_hinges(anatomy: Anatomy, skeleton: Skeleton, material: Material) -> Hinges:
-    """Return what bends at each joint of a robot printed of a material."""
+    """Return the hinges of a robot that is printed from a material: necks for an elastomer, else rods."""
     hinges: dict[int, Hinge] = {}
     backbones: list[Backbone] = []
     faults = list(elastic_faults(anatomy))
@@ -109,7 +110,7 @@ def design_hinges(anatomy: Anatomy, skeleton: Skeleton, material: Material) -> H
 
 
 def _stretches(joints: tuple[int, ...], skeleton: Skeleton) -> Iterator[tuple[int, ...]]:
-    """Yield runs of joints through which one straight rod can be pushed: what is bent at rest needs short pieces."""
+    """Yield the sequences of joints that a straight rod can pass; they are split at joints that are bent at rest."""
     run: list[int] = []
     for index in joints:
         run.append(index)
@@ -125,7 +126,10 @@ def _stretches(joints: tuple[int, ...], skeleton: Skeleton) -> Iterator[tuple[in
 def _best_backbone(
     anatomy: Anatomy, skeleton: Skeleton, joints: tuple[int, ...]
 ) -> tuple[Backbone, tuple[Hinge, ...]] | None:
-    """Return the stock that is strained least for its kind, or None where no stock gives the stiffness."""
+    """Return the backbone with the smallest ratio of strain to allowed strain, and its hinges.
+
+    None where a joint is bent at rest, or where no rod gives the stiffnesses.
+    """
     count = 2 if len(anatomy.joints[joints[0]].axes) == 1 else 1
     if any(not skeleton.gaps[index].straight for index in joints):
         return None
@@ -161,7 +165,7 @@ def _rod_hinge(joint: Joint, gap: Gap, backbone: Backbone) -> Hinge:
 
 
 def _holds(hinges: tuple[Hinge, ...], skeleton: Skeleton, joints: tuple[int, ...]) -> bool:
-    """Whether each part between two hinges is long enough to hold the rod, and no free length is a mere slit."""
+    """Whether the free lengths are neither too short to bend nor too long for the parts that hold the rod."""
     if min(hinge.free_mm for hinge in hinges) < max(_LEAST_FREE_MM, hinges[0].thickness_mm):
         return False
     anchors = skeleton.anchors
@@ -238,7 +242,7 @@ def _strained(anatomy: Anatomy, hinges: dict[int, Hinge]) -> Iterator[Fault]:
 
 
 def _too_thick(anatomy: Anatomy, skeleton: Skeleton, hinges: dict[int, Hinge]) -> Iterator[Fault]:
-    """Yield the necks that lie in a cable's way, and those too short for the formula that sizes them."""
+    """Yield faults for necks that collide with a cable, and for necks too short for the beam formula."""
     necks = [hinge for hinge in hinges.values() if hinge.kind in ("flat", "round")]
     between = {neck.joint: _room_mm(anatomy.joints[neck.joint], skeleton, neck) for neck in necks}
     long = {neck.joint: neck.free_mm for neck in necks}
@@ -263,7 +267,7 @@ def _too_thick(anatomy: Anatomy, skeleton: Skeleton, hinges: dict[int, Hinge]) -
 
 
 def _room_mm(joint: Joint, skeleton: Skeleton, neck: Hinge) -> float:
-    """Return how thick a neck may be between the cables that cross its joint, infinite where none does [mm]."""
+    """Return the largest thickness of a neck between the cables that cross its joint; infinite where none does [mm]."""
     gap, axis = skeleton.gaps[neck.joint], np.array(joint.axes[0])
     room = math.inf
     for one, other in skeleton.crossings(neck.joint):

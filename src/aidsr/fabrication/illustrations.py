@@ -1,4 +1,4 @@
-"""The pictures of the assembly sheet: the robot taken apart, a winch, and where each cable runs."""
+"""Pictures of the assembly sheet: an exploded view of the robot, a winch, and the positions of the cables."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from aidsr.fabrication.solids import rounded, triangles
 from aidsr.fabrication.stations import seat_of, spool, station
 
 _APART = 0.55
-"""How far pieces are moved away from the root / their distance from it. Our choice: they no longer overlap."""
+"""Displacement of a piece in the exploded view / its distance from the root. Our choice: pieces no longer overlap."""
 
 _COARSE_MM = 0.15
-"""Detail left out of pictures."""
+"""Size below which detail is left out of pictures."""
 
 _COLOURS = ((0.80, 0.84, 0.89), (0.49, 0.64, 0.76), (0.96, 0.72, 0.42), (0.62, 0.77, 0.62))
 _ROD_COLOUR = (0.35, 0.35, 0.38)
@@ -29,7 +29,7 @@ _CABLE_COLOURS = ("#c0392b", "#2471a3", "#1e8449", "#b9770e", "#7d3c98", "#117a6
 
 
 def exploded(build: RobotBuild) -> Markup:
-    """Return the robot taken apart, with the letter of its file at each piece."""
+    """Return an exploded view of the robot, with each piece labelled by the letter of its file."""
     pieces, root = build.shaping.pieces, _middle(build.shaping.pieces[0])
     letters = {name: chr(65 + n % 26) for n, part in enumerate(build.robot_parts) for name in part.used_for}
     kinds = {name: n for n, part in enumerate(build.robot_parts) for name in part.used_for}
@@ -52,7 +52,7 @@ def exploded(build: RobotBuild) -> Markup:
 
 
 def winch_picture(build: RobotBuild) -> Markup:
-    """Return one winch: its station, and the spool before its shaft."""
+    """Return a picture of one winch: its station, and the spool in front of the shaft."""
     first = next((winch for winch in build.winches if winch.fit is not None), None)
     if first is None or first.fit is None:
         return Markup("")
@@ -71,7 +71,7 @@ def winch_picture(build: RobotBuild) -> Markup:
 
 
 def routing(build: RobotBuild) -> Markup:
-    """Return each limb seen from its tip, with its cables where they leave the root, one colour a cable."""
+    """Return a view of each limb from its tip, with its cables where they leave the root, one colour for each cable."""
     return Markup("").join(_limb_end(build, limb) for limb in build.skeleton.limbs)
 
 
@@ -106,7 +106,7 @@ def _limb_end(build: RobotBuild, limb: tuple[int, ...]) -> Markup:
 
 
 def _sideways(axis: Vector) -> Vector:
-    """A direction across a limb that points to the same side in every picture."""
+    """Return a direction perpendicular to a limb, the same one for the same limb direction."""
     from aidsr.fabrication.solids import frame_along
 
     return np.asarray(frame_along(axis)[:, 0])
@@ -120,13 +120,13 @@ def _middle(piece: Piece) -> Vector:
 def _view(items: list[Coloured]) -> View:
     points = np.vstack([item.surface.points + item.shift for item in items])
     extent = np.ptp(points, axis=0)
-    if extent[2] > 1.4 * max(extent[0], extent[1]):  # a tall robot is laid down, so that the page is used
+    if extent[2] > 1.4 * max(extent[0], extent[1]):  # a tall robot is drawn lying, to use the width of the page
         return view_of(points, _SIZE, up=np.array([-1.0, 0.25, 0.0]), towards=np.array([0.25, -1.0, 0.45]))
     return view_of(points, _SIZE, up=np.array([0.0, 0, 1]), towards=np.array([1.0, -1.3, 0.7]))
 
 
 def _labelled(png: bytes, view: View, labels: list[tuple[Vector, str]], style: str = "picture") -> Markup:
-    """A picture with labels at points of it."""
+    """Return a picture with text labels at the projections of 3D points."""
     width, height = view.size
     data = base64.b64encode(png).decode()
     marks = "".join(_marks(view, labels))

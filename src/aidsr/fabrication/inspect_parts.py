@@ -1,4 +1,4 @@
-"""Does the drawn robot keep what was simulated: cables free in their ducts, walls around them, joints that bend."""
+"""Geometric checks of the finished pieces: cables free in their ducts, walls around ducts, no overlapping pieces."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ from aidsr.fabrication.shape_parts import Shaping
 from aidsr.fabrication.solids import rounded, union
 
 _FREE_SHARE, _HELD_SHARE = 0.01, 0.95
-"""Share of a cable that may touch plastic, and share of the wall around it that must be there. Our choice: facets of a
-drilled circle, and mouths that widen."""
+"""Largest share of a cable's volume that may be inside plastic, and smallest share of the wall around it that must be
+plastic. Our choice: allows for the facets of a drilled circle and the fillets at the mouths."""
 
 _NEAR_MM = 5.0
-"""More than the radius of any probe."""
+"""Margin around the ducts of a part, larger than the radius of any probe."""
 
 _CROWDED_MM3 = 1.0
-"""What two pieces may have in common. Our choice: a knife takes off more."""
+"""Largest overlap of two pieces. Our choice: trimming a print with a knife removes more."""
 
 _MIDDLE = (0.2, 0.8)
-"""Part of a duct in which its wall is measured: mouths widen at its ends."""
+"""Range of a duct, as shares of its length, in which its wall is measured; mouths widen at its ends."""
 
 
 @dataclass(frozen=True)
 class Passage:
-    """One straight stretch of a cable, measured on the finished solids.
+    """One section of a cable, measured on the finished solids.
 
     Attributes:
-        cable: Its index in the anatomy.
-        parts: The part it lies in, or the two it leads from and to.
+        cable: Index of the cable in the anatomy.
+        parts: Index of the part it lies in, or of the two parts between which it runs.
         blocked: Share of the cable's own volume that is plastic.
         held: Share of a wall around the duct that is plastic; 1 between parts, where there is none.
     """
@@ -48,12 +48,12 @@ class Passage:
 
     @property
     def sound(self) -> bool:
-        """Whether the cable runs free, and inside."""
+        """Whether the cable is not blocked and the wall around it is complete."""
         return self.blocked <= _FREE_SHARE and self.held >= _HELD_SHARE
 
 
 def passages(shaping: Shaping, bores: tuple[Bore, ...], line_radii_mm: tuple[float, ...]) -> tuple[Passage, ...]:
-    """Return how each cable passes each part, and the way to the next, by intersecting it with the robot at rest."""
+    """Return the sections of each cable in each part and between parts, intersected with the robot at rest."""
     whole, near = union([piece.solid for piece in shaping.pieces]), {}
     found = []
     for duct in shaping.ducts:
@@ -77,7 +77,7 @@ def passages(shaping: Shaping, bores: tuple[Bore, ...], line_radii_mm: tuple[flo
 
 
 def duct_faults(anatomy: Anatomy, found: tuple[Passage, ...]) -> Iterator[Fault]:
-    """Yield the cables that are blocked by plastic, or run outside of it."""
+    """Yield faults for cables that are blocked by plastic, or whose wall is incomplete."""
     blocked = [one for one in found if one.blocked > _FREE_SHARE]
     if blocked:
         yield _fault(
@@ -90,7 +90,7 @@ def duct_faults(anatomy: Anatomy, found: tuple[Passage, ...]) -> Iterator[Fault]
 
 
 def overlap_faults(pieces: tuple[Piece, ...]) -> Iterator[Fault]:
-    """Yield the pairs of pieces that would have to be in the same place."""
+    """Yield a fault for the pairs of pieces that overlap."""
     shared = {(one.name, other.name): (one.solid ^ other.solid).volume() for one, other in combinations(pieces, 2)}
     crowded = {names: volume for names, volume in shared.items() if volume > _CROWDED_MM3}
     if crowded:
@@ -127,7 +127,7 @@ def _fault(anatomy: Anatomy, found: list[Passage], measured: float, limit: float
 
 
 def _around(whole: Manifold, ducts: list[Duct]) -> Manifold:
-    """What of the robot is near the ducts of one part: quicker to intersect with each of them."""
+    """Return the portion of the robot near the ducts of one part, which is faster to intersect with each of them."""
     points = np.vstack([np.vstack([duct.path, duct.begin, duct.end, duct.seat]) for duct in ducts])
     low, high = points.min(axis=0) - _NEAR_MM, points.max(axis=0) + _NEAR_MM
     return whole ^ Manifold.cube(tuple(high - low)).translate(tuple(low))

@@ -1,4 +1,4 @@
-"""Parts joined to the pieces that are printed: limbs of an elastomer in one, plugged into what they grow from."""
+"""Combination of parts into printed pieces: single parts, or whole elastomer limbs plugged into their parent part."""
 
 from __future__ import annotations
 
@@ -15,22 +15,23 @@ from aidsr.fabrication.solids import box_between, first_hits, frame_along, round
 
 _BEYOND_MM = 1.0
 _COLLAR_MM = 2.5
-"""Thickness of the disc with which a limb sits on what it grows from. Our choice: six layers and more."""
+"""Thickness of the collar with which a limb sits on its parent part, and its extra radius. Our choice: at least six
+layers."""
 
 _PLUG_MM, _PLUG_SHARE = 8.0, 0.6
-"""Length of the plug behind that disc, and its radius / the limb's: inside of where cables run. Our choice."""
+"""Length of the plug behind the collar, and its radius / the limb's: closer to the axis than the cables. Our choice."""
 
 _LEAST_PLUG_MM, _FLOOR_MM = 4.0, 1.2
-"""Shortest plug that ends in what holds it, and what is left of that behind one. Our choice: three lines."""
+"""Shortest plug that ends inside its parent part, and smallest wall behind it. Our choice: three printed lines."""
 
 _CRUMB = 0.01
-"""Share of a piece below which a bit that came off is waste. Our choice."""
+"""Volume / that of the largest fragment, below which a separate fragment of a piece is discarded. Our choice."""
 
 
 def single_parts(
     skeleton: Skeleton, finished: dict[int, Manifold], material: Material, printer: Printer
 ) -> tuple[Piece, ...]:
-    """Return each part as a piece of its own, cut in two where it exceeds the bed."""
+    """Return each part as a separate piece, or as slices where it exceeds the bed."""
     parts = skeleton.anatomy.parts
     whole = [
         Piece(parts[i].name, (i,), _without_crumbs(solid), _up(skeleton, i), material) for i, solid in finished.items()
@@ -46,17 +47,18 @@ def whole_limbs(
     material: Material,
     printer: Printer,
 ) -> tuple[Piece, ...]:
-    """Return each limb as one piece with necks for joints, or as few as the bed allows, and each root as another.
+    """Return each limb as one piece with necks as joints, and each root as a separate piece.
 
-    A limb has a plug where it grows from a root or from another limb, and that has the socket.
+    Pieces that exceed the bed are returned as slices. A limb has a plug at its beginning; its parent part, in a root or
+    in another limb, has the socket.
 
     Args:
-        skeleton: Gaps and limbs.
-        hinges: The necks.
-        finished: Solid of each part, drilled.
-        drills: What was drilled, to keep clear in the necks too.
-        material: An elastomer, for the limbs.
-        printer: Whose bed holds, and whose first stiff plastic makes the roots.
+        skeleton: Gaps and limbs of the robot.
+        hinges: Hinges of the robot, all of which are necks.
+        finished: Solid of each part with its holes, by the part's index.
+        drills: Holes of each part, by the part's index; they are cut from the necks too.
+        material: Elastomer for the limbs.
+        printer: Printer; the first of its plastics that is no elastomer is used for the roots.
     """
     anatomy = skeleton.anatomy
     stiff = next((one for one in material_for(printer, None) if not one.elastomer), material)
@@ -65,7 +67,7 @@ def whole_limbs(
     parts, feet = dict(finished), dict.fromkeys(grown, Manifold())
     for limb, members in grown.items():
         parent = anatomy.joints[limb[0]].parent
-        # a ring grows from itself, a limb that hangs on the world from none
+        # the parent of a ring's first joint is in the ring itself; a limb attached to the world has no parent part
         if parent in parts and parent not in members:
             feet[limb], socket = _plug(skeleton.gaps[limb[0]], parts[parent], printer, drills[parent])
             parts[parent] -= socket
@@ -81,7 +83,7 @@ def whole_limbs(
 
 
 def _plug(gap: Gap, holder: Manifold, printer: Printer, drills: list[Manifold]) -> tuple[Manifold, Manifold]:
-    """Return the foot of a limb, and what to take for it from the part it grows from."""
+    """Return the collar and plug at the beginning of a limb, and the socket to cut from its parent part."""
     face = gap.anchor - gap.before_mm * gap.before
     seat, reach = face - _COLLAR_MM * gap.before, max(gap.radius_mm, gap.reach_mm) + _COLLAR_MM
     radius = _PLUG_SHARE * gap.radius_mm
@@ -92,7 +94,7 @@ def _plug(gap: Gap, holder: Manifold, printer: Printer, drills: list[Manifold]) 
 
 
 def _plug_length(gap: Gap, seat: Vector, radius: float, holder: Manifold) -> float:
-    """How far a plug goes into what holds it: so far that a sound floor is left, or right through a thin plate."""
+    """Return the length of a plug: as long as leaves a floor of `_FLOOR_MM`, or right through a thin plate [mm]."""
     frame = frame_along(gap.before)
     depths = []
     for turn in np.arange(4) * np.pi / 2:
@@ -110,7 +112,7 @@ def _cleared_neck(skeleton: Skeleton, hinge: Hinge, drills: dict[int, list[Manif
 
 
 def _neck(gap: Gap, hinge: Hinge, axis: tuple[float, float, float]) -> Manifold:
-    """The printed neck across a gap."""
+    """Return the solid of the printed neck across a gap."""
     begin = gap.anchor - (gap.before_mm + _BEYOND_MM) * gap.before
     end = gap.anchor + (gap.after_mm + _BEYOND_MM) * gap.after
     if gap.straight and hinge.kind == "round":
@@ -126,7 +128,7 @@ def _neck(gap: Gap, hinge: Hinge, axis: tuple[float, float, float]) -> Manifold:
 
 
 def _without_crumbs(solid: Manifold) -> Manifold:
-    """Return a solid without the slivers that opening gaps may have cut off."""
+    """Return a solid without small separate fragments, which cutting the gaps can leave."""
     bits = solid.decompose()
     largest = max((bit.volume() for bit in bits), default=0.0)
     return union([bit for bit in bits if bit.volume() > _CRUMB * largest])

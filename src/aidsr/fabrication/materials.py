@@ -1,4 +1,4 @@
-"""What parts are made of: plastics to print, rods, lines and sheaths to buy. Each value has its source in the table."""
+"""Materials: plastics to print, and rods, lines and sheaths to buy. materials.toml gives the source of each value."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from aidsr.core.errors import UserError
 from aidsr.fabrication.printers import Printer
 
 LINE_SAFETY = 4.0
-"""Breaking load of a line / the pull it works under. Our choice: knots halve the strength of a braided line, and half
-of what is left keeps it from creeping."""
+"""Breaking load of a line / its working tension. Our choice: knots halve the strength of a braided line, and using
+only half of the remaining strength prevents creep."""
 
 
 class Material(Artifact):
-    """A plastic for a printer."""
+    """A plastic to print with."""
 
     name: str
     label: str
@@ -25,16 +25,16 @@ class Material(Artifact):
     young_modulus_pa: float
     density_kg_m3: float
     largest_strain: float
-    """Bending strain a printed hinge may see."""
+    """Largest allowed bending strain of a printed hinge."""
     elastomer: bool = False
-    """Whether whole limbs are printed of it in one piece, with necks for joints."""
+    """Whether a whole limb is printed from it in one piece, with necks as joints."""
     cost_usd_kg: float
     source: str
     strain_source: str
 
 
 class Rod(Artifact):
-    """Straight round stock for backbones."""
+    """Straight round rod stock for backbones."""
 
     label: str
     young_modulus_pa: float
@@ -48,7 +48,7 @@ class Rod(Artifact):
 
 
 class Line(Artifact):
-    """What a cable is made of."""
+    """Cord from which cables are cut."""
 
     label: str
     diameter_mm: float
@@ -74,13 +74,13 @@ def _table() -> dict[str, Any]:
 
 @cache
 def materials() -> tuple[Material, ...]:
-    """Return all plastics, those to try first before others."""
+    """Return all plastics in the order in which they are tried."""
     return tuple(map(Material.model_validate, _table()["material"]))
 
 
 @cache
 def rods() -> tuple[Rod, ...]:
-    """Return all stock for backbones."""
+    """Return all rod stock for backbones."""
     return tuple(map(Rod.model_validate, _table()["rod"]))
 
 
@@ -91,7 +91,7 @@ def lines() -> tuple[Line, ...]:
 
 
 def line_for(pull_n: float) -> Line | None:
-    """Return the thinnest line that works under a pull, or None."""
+    """Return the thinnest line that is strong enough for a tension, or None."""
     return next((line for line in lines() if line.breaking_n >= LINE_SAFETY * pull_n), None)
 
 
@@ -102,7 +102,7 @@ def sheath_for(line: Line) -> Sheath:
 
 
 def material_for(printer: Printer, name: str | None) -> tuple[Material, ...]:
-    """Return the plastics to try on a printer, in order: the one that was asked for, or all it can print.
+    """Return the plastics to try on a printer, in order: the requested one, or all that it can print.
 
     Raises:
         UserError: There is no such plastic, or this printer cannot print it.

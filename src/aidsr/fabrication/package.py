@@ -1,4 +1,4 @@
-"""The folder that leaves for the workshop."""
+"""Writing of the export folder, with all files needed to build the robot."""
 
 from __future__ import annotations
 
@@ -29,16 +29,17 @@ def write_package(
 ) -> Verdict:
     """Write parts, list of parts, control map, sheet and verdict into a folder, and return the verdict.
 
-    All is written beside the folder first, so that one that is stopped leaves the folder as it was.
+    All files are first written to a temporary folder beside it, so that an interrupted export leaves the folder
+    unchanged.
 
     Args:
-        folder: Made when it is missing; files of an earlier export in it are replaced.
+        folder: Export folder, created if missing; files of an earlier export in it are replaced.
         build: The robot.
-        title: What the sheet calls it.
-        built_mjcf: The robot as built.
-        responses: How far each actuator reels in.
-        retest: How the robot as built behaves.
-        cad: Whether STEP files are written too.
+        title: Title of the sheet.
+        built_mjcf: MJCF of the robot as built; None writes no as_built.xml.
+        responses: Static response to each actuator, for the control map.
+        retest: Test results of the robot as built; None where it was not tested.
+        cad: Whether to write STEP files too.
     """
     home = folder.resolve()
     unfinished = home.with_name(f".{home.name}.unfinished")
@@ -79,7 +80,7 @@ def _write_parts(folder: Path, build: RobotBuild, *, cad: bool) -> None:
 
 
 def _put(finished: Path, home: Path) -> None:
-    """Put an export in its place, its mark last; what else is in the folder stays."""
+    """Move the finished export into its folder, the marker file last; other files in the folder stay."""
     if not home.exists():
         finished.rename(home)
         return

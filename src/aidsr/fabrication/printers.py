@@ -1,4 +1,4 @@
-"""What a printer can do: the walls, gaps and sizes that parts are drawn for."""
+"""Printers and their limits: walls, gaps and sizes for which parts are designed."""
 
 from __future__ import annotations
 
@@ -13,26 +13,30 @@ class Printer(Artifact):
     label: str
     bed_mm: tuple[float, float, float]
     wall_mm: float
-    """Thinnest wall that comes out sound."""
+    """Thinnest wall that prints reliably."""
     hole_mm: float
     """Narrowest hole that stays open."""
     clearance_mm: float
-    """What is added to the diameter of a hole so that what belongs in it slides."""
+    """Added to the diameter of a hole in which something slides."""
     fit_mm: float
-    """What is added to the diameter of a hole in which something is glued."""
+    """Added to the diameter of a hole in which something is glued."""
     overhang_deg: float
-    """Steepest lean from the vertical that needs no support."""
+    """Largest overhang angle from the vertical that prints without support."""
     shell_mm: float
-    """Wall that is always solid, inside of which the infill begins; 0 where parts are solid."""
+    """Thickness of the solid outer wall, inside of which the infill begins; 0 for printers that print solid parts."""
     source: str
 
     def fits(self, size_mm: tuple[float, float, float]) -> bool:
-        """Whether a box of this size goes onto the bed, turned by 90 degrees if need be."""
+        """Whether a box of this size fits the build volume, turned by 90 degrees about the vertical if necessary."""
         size, bed = self.side_most(size_mm)
         return size <= bed
 
     def side_most(self, size_mm: tuple[float, float, float]) -> tuple[float, float]:
-        """Return the side of a box, turned as fits best, that takes most of the bed, and the bed's there [mm]."""
+        """Return the most critical side of a box and the matching side of the bed [mm].
+
+        The box is turned about the vertical so that it fits best; the most critical side is the one with the largest
+        ratio to its side of the bed.
+        """
         x, y, z = size_mm
         width, depth, height = self.bed_mm
         sides = ((max(x, y), max(width, depth)), (min(x, y), min(width, depth)), (z, height))
@@ -74,7 +78,7 @@ def printer_named(name: str) -> Printer:
     """Return a printer.
 
     Raises:
-        UserError: There is none of that name.
+        UserError: There is no printer of that name.
     """
     for printer in PRINTERS:
         if printer.name == name:

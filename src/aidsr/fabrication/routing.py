@@ -1,4 +1,4 @@
-"""Where cables run inside parts: straight ducts along the guides, an opening for the sheath, a seat for the knot."""
+"""Routing of cables inside parts: straight ducts along the guides, a seat for the sheath and a seat for the knot."""
 
 from __future__ import annotations
 
@@ -17,32 +17,33 @@ from aidsr.fabrication.skeleton import Skeleton, unit
 from aidsr.fabrication.solids import bell_mouth, first_hits, rounded
 
 _FILLET_MM = 0.6
-"""Radius of a mouth. Our choice: the line's own radius twice over, and less than the wall around it."""
+"""Fillet radius at the mouth of a duct. Our choice: twice the radius of the line, and less than the wall around it."""
 
 _WALL_MM = 1.0
-"""Wall around a cable's hole. Our choice: more than the thinnest wall, as lines cut into plastic."""
+"""Wall thickness around a cable's hole. Our choice: more than the thinnest wall, as lines cut into plastic."""
 
 SOCKET_MM = 5.0
-"""Depth of the seat of a sheath. Our choice: two and a half of its diameters."""
+"""Depth of the seat of a sheath. Our choice: two and a half times its diameter."""
 
 _KNOT_MM = (2.4, 3.0)
-"""Diameter and least depth of the seat of a knot or a crimped sleeve. Our choice: a 2 mm sleeve."""
+"""Smallest diameter and smallest depth of the seat of a knot or a crimped sleeve. Our choice: a 2 mm sleeve."""
 
 _LONGEST_ENTRY_MM = 15.0
-"""How far behind its first guide a cable may meet the body for the body to hold its sheath."""
+"""Largest distance behind a cable's first guide at which the body is used to hold the cable's sheath."""
 
 _SHORT_DUCT_MM = 3.0
-"""Length of the duct where a cable passes a part at one site only."""
+"""Length of the duct where a cable passes only one site of a part."""
 
 _REACH_MM = 400.0
+"""Length of the rays with which bodies are probed."""
 
 
 @dataclass(frozen=True)
 class Bore:
-    """Diameters of what is drilled for one cable.
+    """Radii of the holes for one cable.
 
     Attributes:
-        radius_mm: Of the duct.
+        radius_mm: Radius of the duct.
         sheath_mm: Radius of the seat of the sheath.
         knot_mm: Radius of the seat of the knot.
     """
@@ -53,30 +54,30 @@ class Bore:
 
     @property
     def outside_mm(self) -> float:
-        """Outer radius of the wall around the duct alone."""
+        """Outer radius of the wall around the duct, without the seats of sheath and knot [mm]."""
         return self.radius_mm + _WALL_MM
 
     def wall_radius(self, duct: Duct) -> float:
-        """Outer radius of the wall around a duct [mm]."""
+        """Return the outer radius of the wall around a duct, with the seats it contains [mm]."""
         widest = max(self.radius_mm, self.sheath_mm * duct.sheathed, self.knot_mm * duct.ends)
         return widest + _WALL_MM
 
 
 @dataclass(frozen=True)
 class Duct:
-    """A cable's way through one part.
+    """The duct of one cable through one part. Positions are in the robot's frame [mm].
 
     Attributes:
-        cable: Its index in the anatomy.
-        part: The part.
-        body: The body of it that carries the first guide.
-        path: Where the simulated cable runs in the part (n, 3).
-        begin: Where the wall around the duct begins, towards the winch (3,).
-        end: Where it ends.
-        sheathed: Whether the sheath ends here, at `seat`.
-        ends: Whether the cable is tied here.
-        seat: Mouth of the sheath's seat, where the cable comes out of its sheath's end into the part (3,).
-        open_mm: How far beyond its end the seat of the knot is cut, so that it can be reached.
+        cable: Index of the cable in the anatomy.
+        part: Index of the part in the anatomy.
+        body: Number of the body of the part that carries the first guide.
+        path: Guides that the simulated cable passes in the part (n, 3).
+        begin: Start of the wall around the duct, on the side of the winch (3,).
+        end: End of the wall around the duct (3,).
+        sheathed: Whether the sheath ends in this part, at `seat`.
+        ends: Whether the cable is tied in this part.
+        seat: Mouth of the sheath's seat, into which the sheath is pushed `SOCKET_MM` deep (3,).
+        open_mm: Length by which the seat of the knot is cut beyond the duct's end, so that it is accessible.
     """
 
     cable: int
@@ -92,18 +93,18 @@ class Duct:
 
     @property
     def direction(self) -> Vector:
-        """From the winch to the tied end."""
+        """Unit vector from the winch towards the tied end (3,)."""
         return unit(self.end - self.begin)
 
     @property
     def narrow(self) -> tuple[Vector, Vector]:
-        """Where the duct is as narrow as the line allows: between the seats of sheath and knot."""
+        """Ends of the narrow portion of the duct, between the seats of sheath and knot."""
         along = self.direction
         begin = self.seat + SOCKET_MM * along if self.sheathed else self.begin
         return begin, self.end - _KNOT_MM[1] * self.ends * along
 
     def drills(self, bore: Bore) -> Iterator[Manifold]:
-        """Yield what to cut out of the part."""
+        """Yield the solids to cut out of the part."""
         along = self.direction
         points = [self.seat if self.sheathed else self.begin, *self.path[1:-1], self.end]
         for one, other in pairwise(points):
@@ -121,7 +122,7 @@ class Duct:
 
 
 def bore_for(line: Line, sheath: Sheath, printer: Printer) -> Bore:
-    """Return what a printer should leave open for a line."""
+    """Return the radii of the holes for a line and its sheath on a printer."""
     return Bore(
         radius_mm=max(printer.hole_mm, line.diameter_mm + printer.clearance_mm) / 2,
         sheath_mm=(sheath.outer_mm + printer.fit_mm) / 2,
@@ -134,8 +135,8 @@ def ducts_of(anatomy: Anatomy, skeleton: Skeleton, bodies: dict[int, Manifold]) 
 
     Args:
         anatomy: The robot.
-        skeleton: Its gaps.
-        bodies: Solid of each part before anything is cut.
+        skeleton: Gaps of the robot.
+        bodies: Solid of each part before anything is cut, by the part's index.
     """
     found: list[Duct] = []
     for index, cable in enumerate(anatomy.cables):
@@ -145,7 +146,7 @@ def ducts_of(anatomy: Anatomy, skeleton: Skeleton, bodies: dict[int, Manifold]) 
 
 
 def routing_faults(anatomy: Anatomy) -> Iterator[Fault]:
-    """Yield the cables for which straight ducts do not suffice, and actuators that are no cables."""
+    """Yield faults for cables that cannot run in straight ducts, and for actuators that drive no tendon."""
     around = tuple(cable.tendon for cable in anatomy.cables if cable.wraps)
     if around:
         yield _fault("cable_wraps", around, "runs around a geom or a pulley, or is no cable through sites")
@@ -181,7 +182,7 @@ def _ducts(index: int, cable: Cable, skeleton: Skeleton, bodies: dict[int, Manif
 
 
 def _way_out(body: Manifold, end: Vector, along: Vector) -> float:
-    """How far it is from a duct's end out of the body it lies in [mm]."""
+    """Return the distance from a duct's end to the surface of the body it lies in, plus a margin [mm]."""
     hits = first_hits(body, end, along, _REACH_MM)
     return (hits[0] if len(hits) % 2 else 0.0) + _SHORT_DUCT_MM / 2
 
@@ -189,7 +190,7 @@ def _way_out(body: Manifold, end: Vector, along: Vector) -> float:
 def _direction(
     skeleton: Skeleton, part: int, guides: list[Guide], visits: list[tuple[int, list[Guide]]], number: int
 ) -> Vector:
-    """Direction of a cable in a part: from guide to guide, or along the limb where there is only one guide."""
+    """Return the direction of a cable in a part: from first to last guide, or along the limb for a single guide."""
     if len(guides) > 1:
         return unit(np.array(guides[-1].position_mm) - np.array(guides[0].position_mm))
     here = np.array(guides[0].position_mm)
@@ -210,10 +211,10 @@ def _parts(skeleton: Skeleton, joint: int) -> tuple[int, int]:
 
 
 def _entry(body: Manifold, guide: Vector, backward: Vector) -> tuple[Vector, Vector]:
-    """Return where the wall around a first duct begins, and where the sheath sits.
+    """Return where the wall around a cable's first duct begins, and the mouth of the sheath's seat.
 
-    The cable goes back along the limb. Where it meets the body soon, the body holds the sheath on its far side; where
-    not, a short wall of its own does.
+    From its first guide the cable continues backwards along the limb. Where it meets the body within
+    `_LONGEST_ENTRY_MM`, the sheath sits in the far side of the body; elsewhere a short wall is added to hold it.
     """
     hits = first_hits(body, guide, backward, _REACH_MM)
     inside = len(hits) % 2 == 1

@@ -1,6 +1,6 @@
-"""The files of an export: verdict.json and parts.json.
+"""Data models of the exported files verdict.json and parts.json.
 
-Reading an export needs no library of solids.
+This module does not import the solid-modelling library, so an export can be read without it.
 """
 
 from __future__ import annotations
@@ -10,22 +10,23 @@ from typing import Literal
 from aidsr.core.artifacts import Artifact, Fault
 
 MARK = "verdict.json"
-"""File by which a folder is known to be an export, and may be replaced by the next."""
+"""File that marks a folder as an export, which a later export may replace."""
 
 REACH_TOLERANCE = 0.1
-"""Largest relative difference of the largest displacement. Source: what the project asks of a built robot."""
+"""Largest allowed relative difference between the largest displacements of the built and of the designed robot.
+Source: the project's requirement on a built robot."""
 
 BUILDING_LAYERS = ("scope", "realizability")
-"""Layers whose faults say what cannot be built of cables, winches and printed limbs."""
+"""Layers whose faults say what cannot be built from cables, winches and printed limbs."""
 
 
 def motion_errors(faults: tuple[Fault, ...]) -> tuple[Fault, ...]:
-    """Return the errors in how a robot moves, which do not bear on whether it can be built."""
+    """Return the errors in how a robot moves, without those about whether it can be built."""
     return tuple(fault for fault in faults if fault.severity == "error" and fault.layer not in BUILDING_LAYERS)
 
 
 class Change(Artifact):
-    """Something in which the built robot differs from the simulated one."""
+    """One difference between the built robot and the simulated one, in words."""
 
     what: str
     simulated: str
@@ -33,19 +34,20 @@ class Change(Artifact):
 
 
 class Retest(Artifact):
-    """The robot as built, beside the robot as designed, both driven by the validator."""
+    """Comparison of the robot as built with the robot as designed, both tested by the validator."""
 
     stable: bool
     """Whether the robot as built moves without a fault: no errors among `motion_faults`."""
     reach_m: float
-    """Largest displacement in any test, by one actuator or several."""
+    """Largest displacement in any test, with one or several actuators driven."""
     designed_reach_m: float
-    """The same of the robot as designed."""
+    """Largest displacement of the robot as designed."""
     faults: tuple[Fault, ...]
     designed_faults: tuple[Fault, ...] = ()
     success_share: float | None = None
-    """Of the trained policy, in the scene with the robot as built; None where none was tried."""
+    """Success rate (0 to 1) of the trained policy in the scene with the robot as built; None where none was tried."""
     designed_success_share: float | None = None
+    """Success rate (0 to 1) of the same policy in the scene with the robot as designed."""
 
     @property
     def motion_faults(self) -> tuple[Fault, ...]:
@@ -54,17 +56,17 @@ class Retest(Artifact):
 
     @property
     def building_faults(self) -> tuple[Fault, ...]:
-        """Errors in its cables, winches and parts, which the verdict weighs with the rest of the export."""
+        """Errors in its cables, winches and parts, which the verdict judges with the rest of the export."""
         return tuple(fault for fault in self.faults if fault.severity == "error" and fault.layer in BUILDING_LAYERS)
 
     @property
     def motion(self) -> str:
-        """How the robot as built moves, in words; the rest of its faults is told under the verdict."""
+        """How the robot as built moves, in words; its other faults are listed under the verdict."""
         return "moves without a fault" if self.stable else "has faults of motion"
 
     @property
     def same_reach(self) -> bool:
-        """Whether the largest displacement is within tolerance."""
+        """Whether the largest displacement is within `REACH_TOLERANCE` of the designed one."""
         return abs(self.reach_m - self.designed_reach_m) <= REACH_TOLERANCE * self.designed_reach_m
 
 
@@ -73,21 +75,24 @@ class Verdict(Artifact):
 
     verdict: Literal["buildable", "buildable with changes", "not buildable"]
     reasons: tuple[Fault, ...]
-    """Errors keep it from being built; warnings are to be watched."""
+    """Errors prevent building; warnings need attention."""
     changes: tuple[Change, ...]
     printer: str
     material: str
     simulated_g: float
-    """Mass of what is printed, and of the rods in it, as simulated."""
+    """Mass of the printed pieces and the rods in them, as simulated."""
     built_g: float
+    """Mass of the printed pieces and the rods in them, as built."""
     moving_simulated_g: float
-    """The same without pieces that hold still."""
+    """Simulated mass without the pieces that are fixed to the world."""
     moving_built_g: float
+    """Built mass without the pieces that are fixed to the world."""
     winches_g: float | None
-    """Mass of the motors, which stand beside the robot; None where one is unknown."""
+    """Mass of the motors, which stand beside the robot; None where the mass of one is unknown."""
     cost_usd: float
-    """Of all that has a price; `unpriced` has none."""
+    """Total cost of all items with a known price."""
     unpriced: tuple[str, ...]
+    """Items without a known price."""
     retest: Retest | None = None
 
 
@@ -95,7 +100,7 @@ class PartEntry(Artifact):
     """One kind of part in parts.json."""
 
     file: str
-    """Name of its files in parts/, without an ending."""
+    """Name of its files in parts/, without the file extension."""
     what: str
     """ "robot", "station" or "spool"."""
     copies: int
@@ -103,9 +108,9 @@ class PartEntry(Artifact):
     material: str
     infill: float
     mass_g: float
-    """Of its plastic."""
+    """Mass of its plastic."""
     simulated_g: float | None
-    """None for what no simulation holds."""
+    """Mass in simulation; None for parts that are not simulated (stations and spools)."""
     size_mm: tuple[float, float, float]
     support_cm3: float
     thinnest_wall_mm: float

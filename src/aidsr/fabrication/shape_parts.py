@@ -1,4 +1,4 @@
-"""From anatomy to pieces to print: shapes joined, gaps opened, walls put around cables, holes drilled."""
+"""Conversion of an anatomy into pieces to print: join shapes, cut gaps, add walls around cables, cut holes."""
 
 from __future__ import annotations
 
@@ -20,43 +20,45 @@ from aidsr.fabrication.solids import frame_along, placed, rounded, solid_of, uni
 _UP = np.array([0.0, 0.0, 1.0])
 _BEYOND_MM = 1.0
 _INTO_SKIN_MM = 1.5
-"""How deep the foot of a wall around a cable reaches under the skin, so that both are one. Our choice."""
+"""Depth by which the foot of a wall around a cable extends below the limb's surface, so that they join. Our choice."""
 
 _FLANGE_MM = (10.0, 4.0)
-"""How much wider than the robot's foot its flange is, and its thickness. Our choice: room for M4 screws and washers."""
+"""Radius of the flange minus that of the robot's foot, and thickness of the flange. Our choice: room for M4 screws and
+washers."""
 
 _SCREW_MM = 4.5
 _SCREWS = 4
 _EMBEDDED_MM = 10.0
-"""How deep rods sit in the part a limb grows from. Our choice: five to ten diameters of glue."""
+"""Depth to which rods are glued into the parts at their ends. Our choice: five to ten rod diameters."""
 
 _CAP_MM = 1.5
-"""What is left of the last part behind a rod's end."""
+"""Thickness of the last part's material beyond the end of a rod."""
 
 
 @dataclass(frozen=True)
 class RodPiece:
-    """A rod to cut: where it begins and ends in the robot at rest."""
+    """One rod to cut, with its end points in the robot at rest [mm]."""
 
     backbone: int
+    """Index of its backbone in `Hinges.backbones`."""
     begin: Vector
     end: Vector
 
     @property
     def length_mm(self) -> float:
-        """Of the cut piece."""
+        """Length of the rod."""
         return float(np.linalg.norm(self.end - self.begin))
 
 
 @dataclass(frozen=True)
 class Shaping:
-    """All that is printed, the rods in it, and the cables' ducts."""
+    """The printed pieces of a robot, the rods in them, and the cables' ducts."""
 
     pieces: tuple[Piece, ...]
     rods: tuple[RodPiece, ...]
     ducts: tuple[Duct, ...]
     flange_mm: float
-    """Radius of the flange the robot is screwed down with; 0 for one that stands free."""
+    """Radius of the flange with which the robot is screwed down; 0 for a robot with a free base."""
 
 
 def shape(
@@ -66,11 +68,11 @@ def shape(
 
     Args:
         anatomy: The robot.
-        skeleton: Its gaps and limbs.
-        hinges: What bends at each joint.
-        bores: What is drilled for each cable.
-        material: Of all pieces.
-        printer: Whose clearances hold.
+        skeleton: Gaps and limbs of the robot.
+        hinges: Hinge of each joint.
+        bores: Radii of the holes for each cable.
+        material: Material of the pieces; with an elastomer, roots get the printer's first stiff plastic.
+        printer: Printer, for its clearances and bed.
     """
     bodies = {index: union([solid_of(s) for s in part.shapes]) for index, part in enumerate(anatomy.parts)}
     ducts = ducts_of(anatomy, skeleton, bodies)
@@ -101,7 +103,7 @@ def shape(
 
 
 def _wall(duct: Duct, bore: Bore, skeleton: Skeleton) -> Manifold:
-    """The wall around a duct, with a foot that reaches into the limb."""
+    """Return the wall around a duct, with a foot that joins it to the limb."""
     radius = bore.wall_radius(duct)
     own = rounded(duct.begin, duct.end, radius)
     spine = skeleton.spine(duct.part)
@@ -121,7 +123,7 @@ def _wall(duct: Duct, bore: Bore, skeleton: Skeleton) -> Manifold:
 
 
 def _reach(gap: Gap, ducts: tuple[Duct, ...], bores: tuple[Bore, ...]) -> float:
-    """Radius that stays clear around a gap [mm]."""
+    """Return the radius within which material is cut away at a gap [mm]."""
     walls = [bores[duct.cable].wall_radius(duct) for duct in ducts]
     return max(gap.radius_mm, gap.reach_mm + max(walls, default=0.0)) + _BEYOND_MM
 
@@ -129,7 +131,7 @@ def _reach(gap: Gap, ducts: tuple[Duct, ...], bores: tuple[Bore, ...]) -> float:
 def _cuts(
     anatomy: Anatomy, skeleton: Skeleton, ducts: tuple[Duct, ...], bores: tuple[Bore, ...], part: int
 ) -> list[Manifold]:
-    """What is taken from a part so that it ends at its gaps."""
+    """Return the solids to cut from a part so that it ends at its gaps."""
     cuts = []
     for gap in skeleton.gaps:
         joint = anatomy.joints[gap.joint]
@@ -147,9 +149,10 @@ def _cuts(
 
 
 def _with_flange(solid: Manifold, body: Manifold, skeleton: Skeleton, part: int) -> tuple[Manifold, float]:
-    """Add a flange with screw holes under the part that the world holds, square to its limbs or to its own axis.
+    """Add a flange with screw holes under a part that is fixed to the world; return the solid and the flange's radius.
 
-    The narrower foot of the two is taken: a limb may leave a post sideways.
+    The flange is perpendicular to the mean direction of the part's limbs or to the part's own z axis, whichever gives
+    the narrower foot: a limb may leave a post sideways.
     """
     out = [gap.before for gap in skeleton.gaps if skeleton.anatomy.joints[gap.joint].parent == part]
     own = np.array(skeleton.anatomy.parts[part].rotation).reshape(3, 3)[:, 2]
@@ -164,7 +167,16 @@ def _with_flange(solid: Manifold, body: Manifold, skeleton: Skeleton, part: int)
 
 
 def _foot(body: Manifold, up: Vector) -> tuple[Vector, Vector, float]:
-    """Return the frame in which a body stands along a direction, and the middle and radius of its foot there."""
+    """Return the foot of a body that stands with a direction upwards.
+
+    Args:
+        body: Solid of the body.
+        up: Upward direction (3,).
+
+    Returns:
+        Rotation matrix (3, 3) of a frame with z along `up`, and in this frame the centre (3,) and the radius of the
+        foot [mm].
+    """
     turn = frame_along(up)
     standing = placed(body, np.zeros(3), turn.T)
     x0, y0, z0, x1, y1, _ = standing.bounding_box()
@@ -175,7 +187,7 @@ def _foot(body: Manifold, up: Vector) -> tuple[Vector, Vector, float]:
 
 
 def _rods(anatomy: Anatomy, skeleton: Skeleton, backbone: Backbone, number: int) -> list[RodPiece]:
-    """The rods of a backbone, from inside the part it grows from to inside its last part."""
+    """Return the rods of a backbone, which begin inside the parent of its first joint and end inside its last part."""
     first, last = skeleton.gaps[backbone.joints[0]], skeleton.gaps[backbone.joints[-1]]
     tip = union([solid_of(s) for s in anatomy.parts[anatomy.joints[last.joint].child].shapes])
     hits = [float(hit.distance) * 100 for hit in tip.ray_cast(last.anchor, last.anchor + 100 * last.after)]
@@ -196,7 +208,11 @@ def _seat_rods(
     drills: dict[int, list[Manifold]],
     printer: Printer,
 ) -> None:
-    """Bore parts for their rods; collars shorten a gap to the free length that is asked, wider bores lengthen it."""
+    """Add the rods' holes to `drills`, and set the free length of each hinge.
+
+    Where a hinge's free length is shorter than the gap, collars are added to `solids`; where it is longer, wider holes
+    are added to `drills`.
+    """
     radius = (backbone.diameter_mm + printer.fit_mm) / 2
     parts = {p for j in backbone.joints for p in (anatomy.joints[j].parent, anatomy.joints[j].child)}
     for part in parts:

@@ -1,4 +1,4 @@
-"""The assembly sheet: one HTML file with everything a builder needs on the bench."""
+"""The assembly sheet: one HTML file with everything needed to assemble the robot."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from aidsr.fabrication.schema import Verdict
 
 
 def sheet(build: RobotBuild, verdict: Verdict, items: tuple[Item, ...], control: dict[str, Any], title: str) -> str:
-    """Return the sheet as HTML that needs nothing else."""
+    """Return the sheet as self-contained HTML."""
     return html_template(Path(__file__).with_name("sheet.html.j2"), finding=format_fault).render(
         title=title,
         build=build,
@@ -35,7 +35,7 @@ def sheet(build: RobotBuild, verdict: Verdict, items: tuple[Item, ...], control:
 
 
 def _settings(part: PrintedPart) -> str:
-    """How to print a part, in words."""
+    """Return the print settings of a part, in words."""
     words = [part.material.label, f"infill {100 * part.weight.infill:.0f} %"]
     if part.full is not None and part.weight.infill < 1:
         words.append(f"100 % inside {part.name}_full.stl (load it as a modifier)")
@@ -55,7 +55,7 @@ def _cables(build: RobotBuild) -> list[dict[str, Any]]:
 
 
 def _hinges(build: RobotBuild) -> list[dict[str, Any]]:
-    """One row for each kind of hinge, with the joints it is made for."""
+    """Return one row for each kind of hinge, with the names of its joints."""
     rows: dict[tuple[Any, ...], dict[str, Any]] = {}
     for index, hinge in build.hinges.hinges.items():
         gap, name = build.skeleton.gaps[index], build.anatomy.joints[index].names[0]

@@ -1,4 +1,4 @@
-"""Where parts end and hinges begin: the gap at each joint, how far it bends, and limbs as joints in series."""
+"""Gaps between parts at each joint, with their largest bending angles, and limbs as joints in series."""
 
 from __future__ import annotations
 
@@ -13,13 +13,15 @@ import numpy as np
 from aidsr.fabrication.anatomy import Anatomy, Guide, Joint, Shape, Vector
 
 _LEAST_HALF_GAP_MM = 1.0
-"""Our choice: faces closer than 2 mm touch at once when they bend."""
+"""Smallest distance of a part's face from the joint's anchor. Our choice: faces of a gap narrower than 2 mm touch after
+little bending."""
 
 _SHARE_OF_SEGMENT = 0.25
-"""Half gap / distance to the next joint where no cable says where a part ends: docs/physics.md puts guides there."""
+"""Half gap / distance to the next joint, where no cable's guide defines the end of a part. docs/physics.md places
+guides there."""
 
 _LEAST_RIGID_MM = 4.0
-"""Shortest part between two gaps, which has to hold a rod. Our choice."""
+"""Shortest rigid portion of a part between two gaps, which has to hold a rod. Our choice."""
 
 _LONGEST_HALF_GAP_MM = 40.0
 _STRAIGHT = 0.9995
@@ -28,19 +30,19 @@ _STRAIGHT = 0.9995
 
 @dataclass(frozen=True)
 class Gap:
-    """The opening between two parts at a joint.
+    """The gap between two parts at a joint.
 
     Attributes:
-        joint: Its index in the anatomy.
+        joint: Index of the joint in the anatomy.
         anchor: Centre of rotation (3,) [mm].
-        before: Unit vector along the limb at its parent, pointing from parent to child.
-        after: The same at its child.
-        before_mm: From the anchor back to the parent's face.
-        after_mm: From the anchor on to the child's face.
-        radius_mm: Of the limb there.
-        reach_mm: Largest distance of a cable from the limb's axis there; 0 without cables.
-        touch_rad: Angle at which the two parts touch; nothing else that is built stops the joint.
-        bend_rad: Largest angle that cables can pull, before the parts touch.
+        before: Unit vector along the limb in the parent part, from parent to child (3,).
+        after: Unit vector along the limb in the child part, from parent to child (3,).
+        before_mm: Distance from the anchor back to the parent's face.
+        after_mm: Distance from the anchor to the child's face.
+        radius_mm: Radius of the limb at the joint.
+        reach_mm: Largest distance of a cable from the limb's axis at the joint; 0 without cables.
+        touch_rad: Angle at which the two parts touch, which is the only mechanical stop of the built joint.
+        bend_rad: Largest angle to which the cables can pull the joint, at most `touch_rad`.
     """
 
     joint: int
@@ -56,7 +58,7 @@ class Gap:
 
     @property
     def length_mm(self) -> float:
-        """From face to face."""
+        """Length of the gap from face to face."""
         return self.before_mm + self.after_mm
 
     @property
@@ -84,24 +86,24 @@ class Skeleton:
 
     @cached_property
     def gaps(self) -> tuple[Gap, ...]:
-        """One for each joint."""
+        """Gap of each joint, in the order of the anatomy."""
         return tuple(self._gap(index) for index in range(len(self.anatomy.joints)))
 
     @cached_property
     def limbs(self) -> tuple[tuple[int, ...], ...]:
-        """Joints in series, each limb from its root outwards."""
+        """Indices of the joints of each limb, in series from its root outwards."""
         starts = [joint for joint in range(len(self.anchors)) if self._before(joint) is None]
         return tuple(tuple(self._onward(joint)) for joint in starts)
 
     def spine(self, part: int) -> tuple[Vector, Vector] | None:
-        """Return a point and the direction of the limb's axis through a part, None for one that carries no joint."""
+        """Return a point on the limb's axis through a part and its direction, or None for a part without joints."""
         into, out = self._into.get(part), self._out.get(part, [])
         if into is not None and not (len(out) > 1 and self.anatomy.parts[part].held):
             return self.anchors[into], self.gaps[into].after
         return (self.anchors[out[0]], self.gaps[out[0]].before) if out else None
 
     def crossings(self, joint: int) -> Iterator[tuple[Guide, Guide]]:
-        """Yield the neighbouring guides of each cable that crosses a joint, the parent's first."""
+        """Yield for each cable that crosses a joint the last guide on either side, the parent's first."""
         bend = self.anatomy.joints[joint]
         for cable in self.anatomy.cables:
             for one, other in pairwise(cable.guides):
@@ -111,14 +113,14 @@ class Skeleton:
                     yield other, one
 
     def _before(self, joint: int) -> int | None:
-        """The joint that comes before one in its limb."""
+        """Return the previous joint in the limb of a joint; None for the first."""
         parent = self.anatomy.joints[joint].parent
         into = self._into.get(parent)
         alone = len(self._out.get(parent, [])) == 1
         return into if alone and into is not None and not self._closes_a_loop(parent) else None
 
     def _closes_a_loop(self, part: int) -> bool:
-        """Whether joints on both sides lead back to a part: it is where a ring begins."""
+        """Whether a part is the one at which a closed ring of parts is taken to begin."""
         first = self._out[part][0]
         return self.anatomy.joints[first].parent == part and part == min(self._ring(part), default=-1)
 
@@ -162,7 +164,7 @@ class Skeleton:
         )
 
     def _axes(self, index: int) -> tuple[Vector, Vector]:
-        """Directions of the limb at the parent and at the child of a joint."""
+        """Return the directions of the limb in the parent and in the child of a joint."""
         joint, anchor = self.anatomy.joints[index], self.anchors[index]
         following = self._out.get(joint.child, [])
         if len(following) == 1 and np.linalg.norm(self.anchors[following[0]] - anchor) > _LEAST_HALF_GAP_MM:
@@ -176,7 +178,7 @@ class Skeleton:
         return after, after
 
     def _along(self, part: int, anchor: Vector, joint: Joint) -> Vector:
-        """Direction in which a limb's last part continues from its joint."""
+        """Return the direction in which the last part of a limb extends from its joint."""
         guides = [np.array(other.position_mm) for _, other in self.crossings(self.anatomy.joints.index(joint))]
         middles = [np.array(shape.position_mm) for shape in self.anatomy.parts[part].shapes]
         ends = [middle for middle in middles if np.linalg.norm(middle - anchor) > _LEAST_HALF_GAP_MM]
@@ -188,7 +190,7 @@ class Skeleton:
         return ahead
 
     def _room(self, index: int) -> tuple[float, float]:
-        """How far a gap may reach back and on [mm]: half of the rigid part is left where the next joint is near."""
+        """Return the largest distances of a gap's two faces from the anchor, limited by the nearest joint [mm]."""
         joint, anchor = self.anatomy.joints[index], self.anchors[index]
         others = self._out.get(joint.child, []) + [j for j in (self._into.get(joint.parent),) if j is not None]
         apart = [float(np.linalg.norm(self.anchors[other] - anchor)) for other in others if other != index]
@@ -197,7 +199,11 @@ class Skeleton:
         return room, room
 
     def _radius(self, joint: Joint, anchor: Vector, axis: Vector) -> float:
-        """Radius of the limb at a joint: of the shape along its axis, else what cables leave room for."""
+        """Return the radius of the limb at a joint [mm].
+
+        It is the radius of a capsule or cylinder along the limb's axis; where there is none, the smallest dimension of
+        the child's shapes.
+        """
         radii = [
             shape.size_mm[0]
             for part in (joint.child, joint.parent)
@@ -210,7 +216,7 @@ class Skeleton:
         return min(sizes, default=5.0)
 
     def _pulled_rad(self, joint: Joint) -> float:
-        """Largest angle of a joint when cables pull as hard as they may, infinite where that is not known [rad]."""
+        """Return the largest angle of a joint under the largest tensions; infinite where it is not known [rad]."""
         stiffness = min(joint.stiffness_n_m_rad)
         pulls = np.array(
             [
@@ -233,7 +239,12 @@ def unit(vector: Vector) -> Vector:
 
 
 def _half_gap(guides: list[float], room_mm: float) -> float:
-    """A part ends at its guides, where the simulated cable leaves it."""
+    """Return the distance from the anchor to a part's face: at the nearest guide, where the cable leaves the part [mm].
+
+    Args:
+        guides: Distances of the guides from the anchor along the limb [mm].
+        room_mm: Largest allowed distance; also used where there are no guides.
+    """
     asked = min(guides, default=room_mm)
     return float(np.clip(asked, _LEAST_HALF_GAP_MM, min(room_mm, _LONGEST_HALF_GAP_MM)))
 
@@ -241,7 +252,7 @@ def _half_gap(guides: list[float], room_mm: float) -> float:
 def _touching_rad(gap_mm: float, outside_mm: float) -> float:
     """Return the angle at which the faces of a gap touch [rad].
 
-    Source: two flat faces of radius R, each half a gap g from the hinge's middle, touch at 2 atan(g / 2 R).
+    Source: two flat faces of radius R, each at half a gap g from the middle of the hinge, touch at 2 atan(g / 2 R).
     """
     return 2 * math.atan(gap_mm / 2 / outside_mm)
 

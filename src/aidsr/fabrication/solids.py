@@ -1,4 +1,4 @@
-"""Solids in millimetres: MuJoCo's primitives, round holes and rods between two points, and triangles to write."""
+"""Solids in millimetres: MuJoCo's primitives, rods and holes between two points, and their triangulated surfaces."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from aidsr.fabrication.anatomy import Shape, Vector
 from aidsr.fabrication.skeleton import unit
 
 _CHORD_ERROR_MM = 0.03
-"""How far the sides of a circle may run inside it. Our choice: below what printers resolve."""
+"""Largest distance between a circle and the sides of its polygon. Our choice: below what printers resolve."""
 
 _OVERSHOOT_MM = 0.2
-"""How far a cutting tool reaches beyond the face it cuts, so that no skin of zero thickness is left."""
+"""Distance by which a cutting solid extends beyond the face it cuts, so that no skin of zero thickness is left."""
 
 
 @dataclass(frozen=True)
 class Triangles:
-    """The surface of a solid.
+    """The triangulated surface of a solid.
 
     Attributes:
         points: Corners (n, 3) [mm].
-        faces: Three corners of each triangle, counterclockwise from outside (m, 3).
+        faces: Indices of the three corners of each triangle, counterclockwise seen from outside (m, 3).
     """
 
     points: NDArray[np.float64]
@@ -32,12 +32,12 @@ class Triangles:
 
     @property
     def corners(self) -> NDArray[np.float64]:
-        """Points of each triangle (m, 3, 3)."""
+        """Corners of each triangle (m, 3, 3) [mm]."""
         return np.asarray(self.points[self.faces])
 
     @property
     def normals(self) -> NDArray[np.float64]:
-        """Normal of each triangle, twice its area long (m, 3)."""
+        """Outward normal of each triangle, with a length of twice its area (m, 3) [mm2]."""
         a, b, c = np.moveaxis(self.corners, 1, 0)
         return np.asarray(np.cross(b - a, c - a))
 
@@ -62,12 +62,15 @@ def solid_of(shape: Shape) -> Manifold:
 
 
 def placed(solid: Manifold, position: Vector, rotation: Vector) -> Manifold:
-    """Return a solid turned by a rotation (3, 3) and then moved."""
+    """Return a solid rotated by a matrix (3, 3) and then moved by `position`."""
     return solid.transform(np.column_stack([rotation, position]))
 
 
 def frame_along(direction: Vector, side: Vector | None = None) -> Vector:
-    """Return a rotation (3, 3) whose z axis is a direction, and whose x axis leans towards `side`."""
+    """Return a rotation matrix (3, 3) with its z axis along `direction` and its x axis as close to `side` as possible.
+
+    Without a `side`, or where it is parallel to `direction`, a coordinate axis is used instead.
+    """
     z = unit(direction)
     if side is None or np.linalg.norm(np.cross(side, z)) < 1e-6:
         side = np.eye(3)[int(np.argmin(np.abs(z)))]
@@ -76,20 +79,27 @@ def frame_along(direction: Vector, side: Vector | None = None) -> Vector:
 
 
 def rounded(begin: Vector, end: Vector, radius: float, end_radius: float | None = None) -> Manifold:
-    """Return a round rod, or a cone, from one point to another."""
+    """Return a cylinder from one point to another, or a truncated cone where `end_radius` is given."""
     length = float(np.linalg.norm(end - begin))
     last = radius if end_radius is None else end_radius
     return placed(Manifold.cylinder(length, radius, last, _sides(max(radius, last))), begin, frame_along(end - begin))
 
 
 def box_between(begin: Vector, end: Vector, side: Vector, width: float, thickness: float) -> Manifold:
-    """Return a strip from one point to another, `width` wide along `side`."""
+    """Return a box from one point to another, `width` wide along `side`."""
     bar = Manifold.cube((width, thickness, float(np.linalg.norm(end - begin))), center=True)
     return placed(bar, (begin + end) / 2, frame_along(end - begin, side))
 
 
 def bell_mouth(face: Vector, outward: Vector, radius: float, fillet: float) -> Manifold:
-    """Return what to cut so that a round hole opens into a face with a fillet, and a line bends over no edge."""
+    """Return the solid to cut so that a round hole has a filleted rim at a face and its line bends over no sharp edge.
+
+    Args:
+        face: Centre of the hole on the face (3,) [mm].
+        outward: Direction out of the hole (3,).
+        radius: Radius of the hole [mm].
+        fillet: Radius of the fillet [mm].
+    """
     turn = np.linspace(0, np.pi / 2, 4)
     arc = np.column_stack([radius + fillet - fillet * np.cos(turn), fillet * np.sin(turn) - fillet])
     rim = [[radius + fillet, _OVERSHOOT_MM], [0.0, _OVERSHOOT_MM], [0.0, -fillet]]
@@ -99,18 +109,18 @@ def bell_mouth(face: Vector, outward: Vector, radius: float, fillet: float) -> M
 
 
 def _sides(radius: float) -> int:
-    """Sides of a circle, a multiple of four."""
+    """Return the number of sides of a circle's polygon, a multiple of four."""
     half_turn = np.arccos(max(0.0, 1.0 - _CHORD_ERROR_MM / radius))
     return int(np.clip(4 * np.ceil(np.pi / half_turn / 4), 12, 96))
 
 
 def union(solids: list[Manifold]) -> Manifold:
-    """Return all solids as one."""
+    """Return the union of all solids."""
     return Manifold.batch_boolean(solids, OpType.Add) if solids else Manifold()
 
 
 def first_hits(solid: Manifold, begin: Vector, direction: Vector, reach: float) -> list[float]:
-    """Return at what distances a ray goes into or out of a solid, nearest first [mm]."""
+    """Return the distances at which a ray enters or leaves a solid, nearest first, up to `reach` [mm]."""
     hits = solid.ray_cast(begin, begin + reach * unit(direction))
     return [float(hit.distance) * reach for hit in hits]
 

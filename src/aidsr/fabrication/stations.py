@@ -1,6 +1,7 @@
-"""What holds a winch: a station with a seat for the motor and a stop for the sheath, and the spool on its shaft.
+"""Printed parts of a winch: a station with a seat for the motor and a stop for the sheath, and the spool.
 
-A station stands on a board of the builder's; one for each cable, so that any number of cables fits any bed.
+Each cable has its own station, screwed to a board that is not part of the export, so that any number of cables fits
+any printer bed.
 """
 
 from __future__ import annotations
@@ -21,29 +22,30 @@ from aidsr.fabrication.printers import Printer
 from aidsr.fabrication.solids import rounded, union
 
 SPARE_TURNS = 1.5
-"""Turns of cable that stay on a spool. Our choice: so that its tie is never loaded."""
+"""Turns of cable that stay on a spool. Our choice: they keep the load off the knot."""
 
 _PLATE_MM, _WALL_MM = 4.0, 5.0
 _LEAST_DRUM_MM, _ROOM = 8.0, 1.1
-"""Least width of a drum, and width of a turn / diameter of its line. Our choice: one layer, with room between."""
+"""Smallest width of a drum, and pitch of the turns / diameter of the line. Our choice: one layer with gaps."""
 
 _RIM_MM, _RIM_THICK_MM = 3.0, 1.5
 _STOP_WIDTHS = 4.4
-"""From spool to stop / width of the drum: so that the line leaves it at less than 7 degrees over its whole width."""
+"""Distance from spool to stop / width of the drum; keeps the fleet angle of the line below 7 degrees."""
 
 _HORN_MM = 12.5
-"""Radius of the plate that is screwed to a servo's horn. Source: horns of these servos are 20 to 25 mm wide."""
+"""Radius of the plate on the spool that is screwed to a servo's horn. Source: horns of these servos are 20 to 25 mm
+wide."""
 
 _M3_MM, _M4_MM = 3.4, 4.5
 _SLOT_MM, _SLOT_END_MM = 1.3, 8.0
-"""Half width of the slots for a horn's screws, and how far out the screws of the widest horns sit."""
+"""Half width of the slots for a horn's screws, and distance of the screws of the widest horns from the shaft."""
 
 _STRAP_MM = (2.0, 5.5)
 _OVER_STRAP_MM = 1.2
-"""Floor that is left over the strap that holds a motor down. Our choice: three lines."""
+"""Thickness of the floor above the strap that holds a motor down. Our choice: three printed lines."""
 
 _SPOOL_WALL_MM = 0.8
-"""Least wall between the surface of a drum or a rim and the screws' slots in it."""
+"""Smallest wall between the surface of a drum or a rim and the screws' slots in it."""
 
 _SOCKET_MM = 6.0
 _X, _Y, _Z = np.eye(3)
@@ -51,10 +53,10 @@ _X, _Y, _Z = np.eye(3)
 
 @dataclass(frozen=True)
 class Drum:
-    """What a line is wound on.
+    """The drum on which a line is wound.
 
     Attributes:
-        reach_mm: From the shaft to the middle of the line.
+        reach_mm: Distance from the axis of the shaft to the middle of the line.
         line_mm: Diameter of the line.
     """
 
@@ -63,7 +65,7 @@ class Drum:
 
     @property
     def radius_mm(self) -> float:
-        """Of its surface."""
+        """Radius of its surface."""
         return self.reach_mm - self.line_mm / 2
 
     @property
@@ -73,37 +75,46 @@ class Drum:
 
     @property
     def width_mm(self) -> float:
-        """From rim to rim: one layer of the most turns it may hold."""
+        """Width between the rims, for one layer of the largest number of turns."""
         return max(_LEAST_DRUM_MM, _ROOM * (MOST_TURNS + SPARE_TURNS) * self.line_mm)
 
     @property
     def free_run_mm(self) -> float:
-        """How far a line runs free at its station, from the spool to the sheath's end."""
+        """Length of line between the spool and the end of the sheath."""
         return self.rim_mm + _STOP_WIDTHS * self.width_mm - _SOCKET_MM
 
 
 class Face(Artifact):
-    """How a round gearmotor is screwed to a wall."""
+    """Mounting face of a round gearmotor."""
 
     screws: int
+    """Number of screws, evenly spaced on the bolt circle."""
     circle_mm: float
+    """Diameter of the bolt circle."""
     shaft_mm: float
+    """Diameter of the shaft."""
     offset_mm: float
+    """Distance of the shaft from the centre of the motor."""
     boss_mm: float
+    """Diameter of the hole for the boss around the shaft."""
 
 
 class Seat(Artifact):
-    """The sizes of a motor that its station needs."""
+    """Dimensions of a motor that its station needs."""
 
     motors: tuple[str, ...]
+    """Names of the motors with these dimensions."""
     box_mm: tuple[float, float, float] | None = None
+    """Length, width and depth along the shaft of a servo; None for a round gearmotor."""
     diameter_mm: float = 40.0
+    """Diameter of a round gearmotor."""
     face: Face | None = None
+    """Mounting face of a round gearmotor; None leaves the wall without holes."""
     source: str = ""
 
     @property
     def shaft_height_mm(self) -> float:
-        """Of the shaft above the motor's own foot."""
+        """Height of the shaft above the bottom of the motor."""
         if self.box_mm:
             return self.box_mm[1] / 2
         return self.diameter_mm / 2 + (self.face.offset_mm if self.face else 0.0)
@@ -116,7 +127,7 @@ def _seats() -> tuple[Seat, ...]:
 
 
 def seat_of(motor: Motor) -> Seat:
-    """Return the seat of a motor; a blank one for a motor whose sizes are not in the table."""
+    """Return the seat of a motor, or a default one without screw holes where stations.toml does not list the motor."""
     return next((seat for seat in _seats() if motor.name in seat.motors), Seat(motors=(motor.name,)))
 
 
@@ -146,7 +157,7 @@ def spool(seat: Seat, drum: Drum, printer: Printer) -> Manifold:
 
 
 def _horn_slots(drum: Drum, high: float) -> list[Manifold]:
-    """The slots for a horn's screws: in a wide drum their heads are sunk."""
+    """Return the slots for a horn's screws, with room for countersunk heads in a large drum."""
     sunk = drum.radius_mm >= _HORN_MM
     ends = (6.0, 9.5) if sunk else (5.5, _slot_end(drum))
     slots = []
@@ -159,7 +170,7 @@ def _horn_slots(drum: Drum, high: float) -> list[Manifold]:
 
 
 def _slot_end(drum: Drum) -> float:
-    """How far out the slots for a horn's screws go: never so that a sliver of drum or rim is left outside of them."""
+    """Return the outer end of the slots for a horn's screws, chosen so that no thin wall is left outside of them."""
     inside = drum.radius_mm - _SPOOL_WALL_MM - _SLOT_MM
     if inside > 6.5:
         return min(_SLOT_END_MM, inside)
@@ -207,7 +218,7 @@ def _stop(x: float, y: float, z: float) -> Manifold:
 
 
 def _stop_hole(x: float, y: float, z: float, sheath: Sheath, printer: Printer) -> Manifold:
-    """A narrow hole for the line, and on its far side a seat for the sheath."""
+    """Return a narrow hole for the line and, on the side away from the spool, a seat for the sheath."""
     through = rounded(np.array([x - 30, y, z]), np.array([x + 9, y, z]), max(printer.hole_mm, sheath.inner_mm) / 2)
     seat = rounded(np.array([x - _SOCKET_MM, y, z]), np.array([x + 9, y, z]), (sheath.outer_mm + printer.fit_mm) / 2)
     return through + seat

@@ -1,6 +1,7 @@
-"""Parts as STEP, for further work in a CAD program: solids with flat faces, as their triangles are.
+"""Conversion of surfaces to STEP files, for further work in a CAD program.
 
-Needs the extra "cad", which nothing else does. Curved faces stay facets; neighbours in one plane become one face.
+Needs the extra "cad", which no other module needs. Curved faces stay faceted; coplanar neighbouring triangles are
+merged into one face.
 """
 
 from __future__ import annotations
@@ -15,14 +16,15 @@ from aidsr.core.extras import require_extra
 from aidsr.fabrication.solids import Triangles, triangles
 
 _SHORT_MM = 0.01
-"""Detail that is left out. Our choice: far below what printers resolve, far above a CAD program's 1e-7 mm."""
+"""Size below which detail is removed. Our choice: far below what printers resolve, far above a CAD program's tolerance
+of 1e-7 mm."""
 
 
 def step(surface: Triangles) -> bytes:
     """Return a closed surface as a solid in a STEP file, in millimetres.
 
     Raises:
-        UserError: The extra is not installed.
+        UserError: The extra "cad" is not installed.
     """
     require_extra("cad", "writing STEP")
     from OCP.IFSelect import IFSelect_ReturnStatus
@@ -30,7 +32,7 @@ def step(surface: Triangles) -> bytes:
     from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
     from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 
-    Message.DefaultMessenger_s().ChangePrinters().Clear()  # it would print its progress into the command's output
+    Message.DefaultMessenger_s().ChangePrinters().Clear()  # otherwise it prints its progress to stdout
     merged = ShapeUpgrade_UnifySameDomain(_solid(_simplified(surface)), True, True, False)
     merged.Build()
     writer, data = STEPControl_Writer(), io.BytesIO()
@@ -41,12 +43,12 @@ def step(surface: Triangles) -> bytes:
 
 
 def _simplified(surface: Triangles) -> Triangles:
-    """The surface without edges that are too short for a CAD program to keep their ends apart."""
+    """Return the surface without edges so short that a CAD program would merge their ends."""
     return triangles(Manifold(Mesh64(surface.points, surface.faces.astype(np.uint64))).simplify(_SHORT_MM))
 
 
 def _solid(surface: Triangles) -> Any:
-    """A solid of flat triangles that share their corners and edges."""
+    """Return an OpenCASCADE solid of flat triangles that share their corners and edges."""
     from OCP.BRep import BRep_Builder
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeVertex
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeWire as MakeWire

@@ -1,4 +1,4 @@
-"""What no part can stand for: a cable with two motors, joints that turn as one, weight that gravcomp carries."""
+"""Check for what cannot be built: a cable with several actuators, coupled joints, gravity compensation."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from aidsr.fabrication.anatomy import Anatomy
 
 
 def unsupported_faults(anatomy: Anatomy) -> Iterator[Fault]:
-    """Yield what would be missing from the built robot."""
+    """Yield a fault for each kind of model element that has no counterpart in the built robot."""
     for code, names, message, cure in (
         (
             "cable_shared",

@@ -1,4 +1,4 @@
-"""The verdict: can the robot be built, and how does it move as built?"""
+"""The verdict on whether the robot can be built and how it moves as built."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from aidsr.fabrication.build import RobotBuild
 from aidsr.fabrication.schema import BUILDING_LAYERS, REACH_TOLERANCE, Retest, Verdict, motion_errors
 
 MASS_TOLERANCE = 0.15
-"""The same of the mass of what moves. Source: what the project asks of a built robot; beyond it is a warning, as the
-robot is tried with its new mass."""
+"""Largest allowed relative difference of the moving mass. Source: the project's requirement on a built robot. A larger
+difference is only a warning, because the robot is tested again with its new mass."""
 
 _ANSWERED = frozenset({"actuator_overforce", "actuator_power", "actuator_speed", "cable_stroke", "implausible_density"})
-"""What the validator asks by rules of thumb, and an export answers with the motors, lines and plastic that it names,
-or with errors of its own where it finds none. Reported as warnings."""
+"""Codes of faults that the validator finds by rules of thumb. They are reported as warnings, because an export chooses
+actual motors, lines and plastics, or reports errors of its own where it finds none."""
 
 
 def retest_of(designed: ValidationReport, built: ValidationReport) -> Retest:
-    """Return the retest of a robot as built from two reports of the validator."""
+    """Return the comparison of two reports of the validator, on the robot as designed and on the robot as built."""
 
     def reach(report: ValidationReport) -> float:
         share = report.measurements.get("largest_effect_over_length", 0.0)
@@ -41,8 +41,8 @@ def judge(build: RobotBuild, bill: tuple[tuple[str, float | None], ...], retest:
 
     Args:
         build: The robot.
-        bill: What is bought, and for how much.
-        retest: How the robot as built behaves; None where that was not tried.
+        bill: Name and cost in USD of each item to buy; the cost is None where it is unknown.
+        retest: Test results of the robot as built; None where it was not tested.
     """
     reasons, changes = [*build.faults], changes_of(build)
     if retest is not None:
@@ -92,11 +92,11 @@ def _mass_reasons(simulated_kg: float, built_kg: float) -> list[Fault]:
 
 
 def _design_reasons(retest: Retest, known: tuple[Fault, ...]) -> list[Fault]:
-    """Faults of the robot as designed: that it does not work, and what of it cannot be built.
+    """Return the faults of the robot as designed: errors in how it moves, and what cannot be built.
 
     Args:
-        retest: With the faults of the design.
-        known: Faults that are reported already.
+        retest: Test results, which include the faults of the design.
+        known: Faults that are already reported; they are left out.
     """
     reported = {(fault.code, fault.severity, name) for fault in known for name in fault.names}
     found = []
@@ -117,7 +117,7 @@ def _as_reported(fault: Fault) -> Fault:
 
 
 def _retest_reasons(retest: Retest) -> list[Fault]:
-    """What the robot as built does wrong that the design does not."""
+    """Return the faults of the robot as built that the design does not have."""
     had = {fault.code for fault in retest.designed_faults if fault.severity == "error"}
     found = [
         _as_reported(fault).model_copy(update={"message": f"as built, {fault.message}"})

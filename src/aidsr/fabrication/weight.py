@@ -1,4 +1,4 @@
-"""What pieces weigh when printed, and the infill that makes them weigh what was simulated."""
+"""Mass of printed pieces, and the infill with which they reach the simulated mass."""
 
 from __future__ import annotations
 
@@ -10,18 +10,19 @@ from aidsr.fabrication.materials import Material
 from aidsr.fabrication.printers import Printer
 
 _LEAST_INFILL, _STEP = 0.15, 0.05
-"""Our choice: below 15 % a slicer's top layers sag; slicers are set in steps of 5 %."""
+"""Smallest infill, and step between infills. Our choice: below 15 % the top layers sag; slicers are set in steps of
+5 %."""
 
 
 @dataclass(frozen=True)
 class Weight:
-    """A piece's mass, and how to print it.
+    """The mass of a piece and its infill.
 
     Attributes:
         infill: Share of the inside that is filled.
-        printed_kg: Mass of its plastic, printed so.
-        simulated_kg: What its bodies weighed in simulation.
-        extra_kg: Mass of what is put into it.
+        printed_kg: Mass of its plastic at this infill.
+        simulated_kg: Mass of its bodies in simulation.
+        extra_kg: Mass of the items put into it.
     """
 
     infill: float
@@ -31,14 +32,14 @@ class Weight:
 
     @property
     def mass_kg(self) -> float:
-        """Mass with all that is put into it [kg]."""
+        """Mass with the items put into it [kg]."""
         return self.printed_kg + self.extra_kg
 
 
 def printed_kg(
     solid: Manifold, infill: float, material: Material, printer: Printer, necks: Manifold | None = None
 ) -> float:
-    """Return the mass of a printed solid: a full shell and full necks around a partly filled inside [kg]."""
+    """Return the mass of a printed solid: a solid shell, solid necks, and a partly filled inside [kg]."""
     volume = solid.volume()
     full = solid.surface_area() * printer.shell_mm
     if necks is not None:
@@ -55,15 +56,15 @@ def weigh(
     printer: Printer,
     necks: Manifold | None = None,
 ) -> Weight:
-    """Return the infill with which a piece comes nearest to the simulated mass.
+    """Return the infill with which a piece is closest to the simulated mass, and the resulting masses.
 
     Args:
-        piece: Its solid.
+        piece: Solid of the piece.
         simulated_kg: Mass of its bodies in simulation.
-        extra_kg: Mass of what is put into it: rods, screws.
-        material: Of the piece.
-        printer: Whose shell is always full.
-        necks: What of it must be full, because it bends.
+        extra_kg: Mass of the items put into it: rods, screws.
+        material: Material of the piece.
+        printer: Printer; its shell thickness is always solid.
+        necks: Portion that must be solid because it bends.
     """
     count = round((1 - _LEAST_INFILL) / _STEP) + 1
     steps = [_LEAST_INFILL + _STEP * number for number in range(count)] if printer.shell_mm else [1.0]

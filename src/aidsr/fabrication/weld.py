@@ -1,7 +1,8 @@
-"""A surface as files can hold it: on a grid that they write exactly, without triangles that have no area on it.
+"""Rounding of a surface to a grid that files store exactly, without degenerate triangles.
 
-A solid's own corners are finer than a file's numbers. Rounded as they are written, neighbours fall together, triangles
-between them lose their area, and a reader that merges corners finds edges of four triangles and a part that is open.
+The corners of a solid have a finer resolution than the numbers in a file. Rounding while writing can make neighbouring
+corners equal and triangles between them degenerate. A program that merges equal corners then finds edges shared by four
+triangles, and takes the part for open.
 """
 
 from __future__ import annotations
@@ -13,17 +14,20 @@ from numpy.typing import NDArray
 from aidsr.fabrication.solids import Triangles, triangles
 
 GRID_MM = 2.0**-10
-"""Distance between two numbers in a file. Our choice: a thousandth of a millimetre, far below what printers resolve,
-and a power of two, so that it is exact in the single precision of STL up to 16 m and in ten decimals of 3MF."""
+"""Spacing of the grid of coordinates in files. Our choice: a thousandth of a millimetre, far below what printers
+resolve, and a power of two, which is exact in the single precision of STL up to 16 m and in ten decimals of 3MF."""
 _SHORT_MM = (0.002, 0.005, 0.01)
-"""Detail that is left out first, the least that leaves a closed surface. Our choice: a third of what a circle's sides
-run inside it."""
+"""Sizes of detail to remove, tried in order until the rounded surface is closed. Our choice: at most a third of the
+distance between a circle and its polygon."""
 
 _Faces = list[tuple[int, int, int]]
 
 
 def welded(solid: Manifold) -> Triangles:
-    """Return the surface of a solid on the grid of files; closed where any of a few simplifications makes it so."""
+    """Return the surface of a solid on the grid of files.
+
+    The smallest simplification of `_SHORT_MM` that gives a closed surface is used; where none does, the first.
+    """
     found = [triangles(solid)]
     for short_mm in _SHORT_MM:
         found.append(on_grid(triangles(solid.simplify(short_mm))))
@@ -33,7 +37,7 @@ def welded(solid: Manifold) -> Triangles:
 
 
 def on_grid(surface: Triangles) -> Triangles:
-    """Return a surface with its corners on the grid, equal ones merged, and no triangle without area."""
+    """Return a surface with its corners rounded to the grid, equal corners merged and degenerate triangles removed."""
     numbers = np.round(surface.points / GRID_MM).astype(np.int64)
     points, where = np.unique(numbers, axis=0, return_inverse=True)
     faces = where.reshape(-1)[surface.faces]
@@ -44,7 +48,7 @@ def on_grid(surface: Triangles) -> Triangles:
 
 
 def is_watertight(surface: Triangles) -> bool:
-    """Whether a surface is closed and consistently turned: each directed edge has its opposite exactly once."""
+    """Whether a surface is closed and consistently oriented: each directed edge and its opposite occur exactly once."""
     faces = surface.faces
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     count = len(surface.points)
@@ -54,10 +58,10 @@ def is_watertight(surface: Triangles) -> bool:
 
 
 def _without_slivers(points: NDArray[np.int64], faces: _Faces) -> _Faces:
-    """Return the faces without those whose corners are in a line.
+    """Return the faces without slivers: triangles whose corners are collinear.
 
-    A sliver's middle corner lies on its long edge, which another triangle shares: that one is split there, and the
-    sliver is gone. Two faces that lie on each other, turned against each other, go together.
+    The middle corner of a sliver lies on its longest edge, which another triangle shares. The other triangle is split
+    at this corner and the sliver removed. Two coincident faces with opposite orientation are both removed.
     """
     corners = points[np.array(faces, dtype=np.int64).reshape(-1, 3)]
     flat = ~np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).any(axis=1)
@@ -67,7 +71,7 @@ def _without_slivers(points: NDArray[np.int64], faces: _Faces) -> _Faces:
     alive: dict[int, tuple[int, int, int]] = dict(enumerate(faces))
     owner = {edge: number for number, face in alive.items() for edge in _edges(face)}
     next_number = len(faces)
-    for number in slivers:  # grows meanwhile: what is split off may be one too
+    for number in slivers:  # the list grows in the loop: a split can create new slivers
         face = alive.get(number)
         if face is None:
             continue
@@ -82,7 +86,7 @@ def _without_slivers(points: NDArray[np.int64], faces: _Faces) -> _Faces:
                 if owner.get(edge) == gone:
                     del owner[edge]
         if tip == middle:
-            continue  # the two lay on each other
+            continue  # the two faces coincide
         for new in ((a, middle, tip), (middle, b, tip)):
             alive[next_number] = new
             owner |= dict.fromkeys(_edges(new), next_number)
@@ -98,13 +102,13 @@ def _edges(face: tuple[int, int, int]) -> tuple[tuple[int, int], ...]:
 
 
 def _is_sliver(points: NDArray[np.int64], face: tuple[int, int, int]) -> bool:
-    """Whether three corners are in a line; exact, since the numbers are whole and below 2**31."""
+    """Whether the corners of a face are collinear; exact, since the coordinates are integers below 2**31."""
     a, b, c = points[list(face)]
     return not np.cross(b - a, c - a).any()
 
 
 def _along(points: NDArray[np.int64], face: tuple[int, int, int]) -> tuple[int, int, int]:
-    """Return the corners of a sliver in their order along its line."""
+    """Return the corners of a sliver in order along its line."""
     corners = points[list(face)]
     axis = int(np.ptp(corners, axis=0).argmax())
     first, middle, last = (face[i] for i in np.argsort(corners[:, axis]))
@@ -112,6 +116,6 @@ def _along(points: NDArray[np.int64], face: tuple[int, int, int]) -> tuple[int, 
 
 
 def _turned(face: tuple[int, int, int], edge: tuple[int, int]) -> tuple[int, int, int]:
-    """Return a face so that it begins with one of its edges."""
+    """Return the corners of a face rotated so that they begin with the given edge."""
     a, b, c = face
     return next(turn for turn in ((a, b, c), (b, c, a), (c, a, b)) if turn[:2] == edge)

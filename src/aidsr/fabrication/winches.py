@@ -1,4 +1,7 @@
-"""What pulls each cable: the cheapest motor that fits what the tests recorded, its spool, its line and its sheath."""
+"""Selection of a winch for each cable: motor, spool, line and sheath.
+
+The motor is the cheapest that meets the tension, speed and stroke recorded in the validator's tests.
+"""
 
 from __future__ import annotations
 
@@ -16,21 +19,21 @@ SHEATH_FRICTION = 0.1
 """Coefficient of friction of UHMWPE or steel in PTFE. Source: PTFE on polished steel 0.05 to 0.1; the upper end."""
 
 SHEATH_BEND_RAD = math.pi / 2
-"""Angle through which a sheath bends in all between winch and robot. Our choice: one quarter turn."""
+"""Total bend angle of a sheath between winch and robot. Our choice: one quarter turn."""
 
 SHEATH_MM = 300.0
 """Length of a sheath. Our choice: the winches stand on a board beside the robot."""
 
 _UNKNOWN_SPOOL_MM = 10.0
-"""Radius that a cut length reckons with where no motor holds the cable. Our choice: a small spool."""
+"""Spool radius assumed for the cut length where no motor can hold the cable. Our choice: a small spool."""
 
 _TIED_MM, _CUT_STEP_MM = 60.0, 10.0
-"""Length for knots at both ends, and the step to which cut lengths are rounded up. Our choice."""
+"""Extra length for knots at both ends, and the step to which cut lengths are rounded up. Our choice."""
 
 
 @dataclass(frozen=True)
 class Demand:
-    """What the validator's tests asked of an actuator."""
+    """Requirements on an actuator, as recorded in the validator's tests."""
 
     tension_n: float
     speed_m_s: float
@@ -38,7 +41,7 @@ class Demand:
 
     @property
     def at_winch_n(self) -> float:
-        """Tension the winch must give for it [N].
+        """Tension required at the winch, with the friction of the sheath included [N].
 
         Source: capstan equation, T_winch = T exp(mu theta).
         """
@@ -47,15 +50,15 @@ class Demand:
 
 @dataclass(frozen=True)
 class Winch:
-    """A cable with all that is bought for it.
+    """The winch of one cable: motor, spool, line and sheath.
 
     Attributes:
-        cable: Its index in the anatomy.
-        demand: What it is asked for.
-        fit: The motor and its spool; None where no motor of the catalogue holds the cable.
-        line: What the cable is made of; None where none is strong enough.
-        sheath: The tube it runs in.
-        inside_mm: Length of the cable in the robot, at rest.
+        cable: Index of the cable in the anatomy.
+        demand: Required tension, speed and stroke.
+        fit: The motor and its spool; None where no motor of the catalogue can hold the cable.
+        line: Line from which the cable is cut; None where none is strong enough.
+        sheath: Tube in which the cable runs from the winch to the robot.
+        inside_mm: Length of the cable inside the robot, at rest.
     """
 
     cable: int
@@ -67,27 +70,27 @@ class Winch:
 
     @property
     def drum(self) -> Drum:
-        """What its spool is wound on."""
+        """The drum of its spool."""
         reach_mm = 1000 * self.fit.spool_radius_m if self.fit else _UNKNOWN_SPOOL_MM
         return Drum(reach_mm, (self.line or lines()[-1]).diameter_mm)
 
     @property
     def cut_mm(self) -> float:
-        """Length to cut [mm]: from the tied end to the spool, the stroke, and what stays on the spool."""
+        """Length to cut [mm]: from the tied end to the spool, plus stroke, spare turns on the spool and knots."""
         spare = 2 * math.pi * self.drum.reach_mm * SPARE_TURNS
         way = self.inside_mm + SHEATH_MM + self.drum.free_run_mm
         return _up_to(way + 1000 * self.demand.stroke_m + spare + _TIED_MM, _CUT_STEP_MM)
 
     @property
     def fast_enough(self) -> bool:
-        """Whether the motor reels in as fast as the tests saw."""
+        """Whether the motor reels in at least as fast as recorded in the tests."""
         return self.fit is not None and self.fit.speed_m_s >= self.demand.speed_m_s
 
 
 def demands(anatomy: Anatomy, reports: Iterable[ValidationReport]) -> dict[str, Demand]:
-    """Return the most that any of some reports recorded for each actuator of a robot.
+    """Return the largest tension, speed and stroke in any of the reports, for each actuator that drives a cable.
 
-    A robot's own report and that of its scene call an actuator by different names; both are understood.
+    Reports of a scene add the prefix "robot/" to the actuators' names; both forms are accepted.
     """
     most: dict[str, Demand] = {}
     names = {cable.actuator for cable in anatomy.cables if cable.actuator}
@@ -112,8 +115,8 @@ def choose_winches(
 
     Args:
         anatomy: The robot.
-        demands_by_actuator: What each actuator must provide.
-        entries_mm: Length of each cable between its sheath's end and its first guide.
+        demands_by_actuator: Required tension, speed and stroke of each actuator.
+        entries_mm: Length of each cable between the end of its sheath and its first guide, by the cable's index.
     """
     winches = []
     for index, cable in enumerate(anatomy.cables):
@@ -131,7 +134,7 @@ def choose_winches(
 
 
 def _with_common_spools(winches: list[Winch]) -> tuple[Winch, ...]:
-    """Give winches of one motor one spool, the largest among them, where each can still do its part with it."""
+    """Give all winches with the same motor the largest of their spools, where each still meets its demand with it."""
     radii: dict[str, float] = {}
     for winch in winches:
         if winch.fit is not None:
@@ -144,7 +147,7 @@ def _with_common_spools(winches: list[Winch]) -> tuple[Winch, ...]:
 
 
 def _with_spool(fit: Fit, demand: Demand, radius_m: float) -> Fit:
-    """Return a motor with a larger spool, or as it was where that asks too much of it."""
+    """Return a motor with a larger spool, or unchanged where it would be overloaded or too slow with it."""
     torque = demand.at_winch_n * radius_m
     share = torque / fit.motor.torque_n_m("held")
     speed = fit.motor.speed_rad_s(torque) * radius_m
@@ -162,7 +165,7 @@ def _with_spool(fit: Fit, demand: Demand, radius_m: float) -> Fit:
 
 
 def winch_faults(anatomy: Anatomy, winches: tuple[Winch, ...]) -> Iterator[Fault]:
-    """Yield what the catalogue cannot do, in the codes of the validator's layer of realizability."""
+    """Yield the demands that the catalogue cannot meet, with the fault codes of the validator's realizability layer."""
     names = {winch.cable: anatomy.cables[winch.cable].actuator for winch in winches}
     none = [winch for winch in winches if winch.fit is None]
     if none:

@@ -1,18 +1,18 @@
-"""Fixes of an MJCF document by code: one record for each, keyed by the fault codes that it cures.
+"""Automatic fixes of an MJCF document. Each fix has one record, with the fault codes that it cures.
 
-    fix = aidsr.fix(mjcf)                        every fix with only one possible meaning, no question asked
-    fix = aidsr.fix(mjcf, faults=report.errors)  for each fault the first fix that changes something, mildest first
+    fix = aidsr.fix(mjcf)                        apply all safe fixes: those with only one possible meaning
+    fix = aidsr.fix(mjcf, faults=report.errors)  for each fault, apply the mildest fix that changes something
 
-    markup    what keeps the text from being XML
-    naming    misspelt attributes, names used twice, references to nothing
-    shapes    fromto where it cannot be, attributes that contradict each other, guides named twice in a row
-    ranges    limits without their flag, inverted, in degrees, too narrow, missing
-    contact   overlaps, contact within the robot, shapes that touch nothing
+    markup    text that is not well-formed XML
+    naming    misspelt attributes, duplicate names, references to names that do not exist
+    shapes    fromto with a wrong type, contradicting attributes, faulty paths of tendons
+    ranges    ranges that have no flag or are inverted, in degrees, too narrow or missing
+    contact   overlaps, contact within the robot, geoms that cannot touch anything
     parts     missing sensors, actuators and mass; roots that fall
     motion    integrator, damping, time step, stiffness of limits and contacts
     strength  forces, gains and springs
 
-To add one: a function in the module of its subject, and its record at the end of that module.
+To add a fix, write a function in the module of its subject, and its record at the end of that module.
 """
 
 from aidsr.fixes.engine import fix, leave_as_written

@@ -1,4 +1,4 @@
-"""Fixes of contact: parts that overlap, a robot that locks itself, shapes that touch nothing."""
+"""Fixes of contact: overlapping parts, robots that lock themselves, geoms that cannot touch anything."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 def attached_overlaps(root: Element, _: Request) -> Iterator[str]:
     """Exclude from contact two bodies that overlap where one is jointed to the other.
 
-    MuJoCo does this itself for parent and child, but not where the parent stands still in the world, nor across a body
-    without shape that only carries a joint.
+    MuJoCo itself excludes contact between parent and child, but not if the parent is fixed to the world, nor across a
+    body without geoms that only carries a joint.
 
     Source: MuJoCo documentation, Computation, collision detection, filtering.
     """
@@ -49,7 +49,7 @@ def attached_overlaps(root: Element, _: Request) -> Iterator[str]:
 
 
 def _attached_overlaps(model: mujoco.MjModel) -> set[tuple[int, int]]:
-    """Return pairs of a body and the body it is jointed to that overlap by more than the validator lets pass."""
+    """Return the pairs of jointed bodies that overlap by more than the validator allows; see `_is_jointed`."""
     import mujoco
 
     from aidsr.sim.overlap import overlaps_too_much
@@ -69,7 +69,10 @@ def _attached_overlaps(model: mujoco.MjModel) -> set[tuple[int, int]]:
 
 
 def _is_jointed(model: mujoco.MjModel, upper: int, lower: int) -> bool:
-    """Whether a body hangs from another by joints, with nothing between them that has a shape."""
+    """Return whether `lower` is connected to its ancestor `upper` by joints, with no body with geoms between them.
+
+    False if `upper` is the world.
+    """
     jointed, body = False, lower
     while body > upper:
         if body != lower and model.body_geomnum[body]:
@@ -112,7 +115,7 @@ def part_base(root: Element, request: Request) -> Iterator[str]:
 
 
 def exclude_overlapping(root: Element, request: Request) -> Iterator[str]:
-    """Exclude from contact the bodies reported as overlapping; of several those at most two joints apart."""
+    """Exclude contact between overlapping bodies; of more than two, only pairs with at most two bodies between them."""
     owners = [_owner(root, name) for name in request.names]
     if len(owners) > 2:
         present = list(dict.fromkeys(owner for owner in owners if owner))
@@ -125,7 +128,7 @@ def exclude_overlapping(root: Element, request: Request) -> Iterator[str]:
 
 
 def _owner(root: Element, name: str) -> str:
-    """Return the body of this name, or the body that carries the geom of this name; "" where it has no name."""
+    """Return the name of the body with this name or with a geom of this name; "" if there is none or it has no name."""
     for element in elements(root, "body", "geom"):
         if element.get("name") == name:
             body = element if element.tag == "body" else next(element.iterancestors("body"), None)
@@ -134,7 +137,7 @@ def _owner(root: Element, name: str) -> str:
 
 
 def _are_near(root: Element, first: str, second: str) -> bool:
-    """Whether two bodies are at most two joints apart in the same limb."""
+    """Return whether one of two bodies is an ancestor of the other, with at most two bodies between them."""
     bodies = {body.get("name"): body for body in elements(root, "body")}
     above = [ancestor for name in (first, second) for ancestor in islice(bodies[name].iterancestors("body"), 3)]
     return bodies[first] in above or bodies[second] in above

@@ -1,4 +1,4 @@
-"""`fix`: an MJCF text in, the fixed text and what was done out. The work is done in an isolated process."""
+"""The function `fix`, which fixes an MJCF text in an isolated process and reports the changes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ from aidsr.mjcf.read import Document, check_document, check_safety, parse_docume
 from aidsr.sandbox.isolated import isolated
 
 _MOST_NOTES = 3
-"""Notes on one fault code; the rest is counted. Our choice: a robot's notes are read by people and models."""
+"""Largest number of notes on one fault code; the rest is only counted. Our choice: people and language models read the
+notes."""
 
 
 def fix(
@@ -29,25 +30,26 @@ def fix(
     only: str | Collection[str] | None = None,
     kept_names: str | Collection[str] = (),
 ) -> FixResult:
-    """Fix what code can fix in an MJCF text.
+    """Apply automatic fixes to an MJCF text.
 
-    Without faults all safe fixes are applied: they change what has only one possible meaning, and leave the rest to the
-    author. With faults, for each of their codes the first fix that changes something is applied, mildest first, safe or
-    not; validate the result to see what is left.
+    Without `faults`, all safe fixes are applied: they change only what has a single possible meaning, and leave the
+    rest to the author. With `faults`, the first fix that changes something is applied for each fault code, mildest
+    first, whether it is safe or not; validate the result to see which faults are left.
 
-    A text that cannot be read, or that no worker survives, comes back as it was.
+    The text is returned unchanged if it cannot be read, or if the isolated process fails.
 
         fixed = aidsr.fix("robot.xml")
         print(fixed.mjcf, fixed.notes)
 
     Args:
-        mjcf: The text, the path of its file, which is not written, or a robot or a scene.
-        faults: A validation report on it, or faults of one; None to apply safe fixes only.
+        mjcf: MJCF text, the path of a file (which is not changed), a robot or a scene.
+        faults: A validation report on this text, or faults from one; None to apply safe fixes only.
         only: Name or names of the fixes that may be applied; None for all.
-        kept_names: Names that others outside the text refer to, as a robot's functional part; safe fixes keep them.
+        kept_names: Names that are referred to outside the text, such as a robot's functional part; safe fixes do not
+            change them.
 
     Raises:
-        TypeError: `mjcf` or `faults` is none of these.
+        TypeError: `mjcf` or `faults` has another type.
         UserError: The file cannot be read, or `only` names a fix that does not exist.
         MjcfError: The file is too large.
     """
@@ -61,10 +63,10 @@ def fix(
 
 
 def _faults_of(faults: ValidationReport | Sequence[Fault] | None) -> list[Fault] | None:
-    """Return the faults to fix; None for the safe fixes only.
+    """Return the faults to fix as a list; None for safe fixes only.
 
     Raises:
-        TypeError: Something else was given.
+        TypeError: `faults` is neither a report nor a sequence of faults.
     """
     if faults is None:
         return None
@@ -78,10 +80,10 @@ def _faults_of(faults: ValidationReport | Sequence[Fault] | None) -> list[Fault]
 
 
 def _known_fixes(only: Sequence[str]) -> list[str]:
-    """Return the names of fixes.
+    """Return the names of fixes after checking that they exist.
 
     Raises:
-        UserError: There is no fix of a name.
+        UserError: There is no fix with one of the names.
     """
     known = [each.name for each in FIXES]
     for name in only:
@@ -93,14 +95,14 @@ def _known_fixes(only: Sequence[str]) -> list[str]:
 
 
 def leave_as_written(mjcf: str, *, kept_names: Collection[str] = ()) -> FixResult:
-    """Fix nothing: what takes the place of `fix` where robots are to be seen as they were written."""
+    """Return the text unchanged; replaces `fix` where robots should be examined as they were written."""
     del kept_names
     return FixResult(mjcf=mjcf)
 
 
 @isolated
 def _fix_text(text: str, faults: list[Fault] | None, only: list[str], kept_names: list[str]) -> FixResult:
-    """Do the work of `fix`."""
+    """Fix a text in an isolated process; `faults` is None for safe fixes only, `only` names the allowed fixes."""
     fixes = [each for each in ON_DOCUMENT if each.name in only]
     try:
         readable, document, notes = _read(text, only)
@@ -114,10 +116,13 @@ def _fix_text(text: str, faults: list[Fault] | None, only: list[str], kept_names
 
 
 def _read(text: str, only: Collection[str]) -> tuple[str, Document, dict[str, list[str]]]:
-    """Return a text as it can be read, its document, and what was done to the text, by the names of fixes.
+    """Parse a text, after fixes of its markup if necessary.
+
+    Returns:
+        The text that was parsed, its document, and the notes on the applied fixes, by name of the fix.
 
     Raises:
-        MjcfError: It cannot be read.
+        MjcfError: The text cannot be parsed even after these fixes.
     """
     notes: dict[str, list[str]] = {}
     try:
@@ -141,7 +146,7 @@ def _apply_safe(
     kept_names: frozenset[str],
     notes: Mapping[str, list[str]],
 ) -> FixResult:
-    """Apply all safe fixes; comments and layout stay as they are."""
+    """Apply all safe fixes; comments and layout are preserved."""
     request = Request(kept_names=kept_names)
     changed = {each.name: list(each.apply(document.root, request)) for each in fixes if each.safe}
     if any(changed.values()):
@@ -162,7 +167,7 @@ def _cure(
     faults: Sequence[Fault],
     notes: Mapping[str, list[str]],
 ) -> FixResult:
-    """Apply for each fault code the first fix that changes something; the document is re-indented."""
+    """Apply for each fault code the first fix that changes something; a changed document is indented again."""
     done = {"xml_syntax": dict(notes)} if notes else {}
     for fault in _one_per_code(faults):
         if fault.code not in done:
@@ -180,7 +185,10 @@ def _cure(
 
 
 def _cure_one(document: Document, fixes: Sequence[Fix[EditDocument]], fault: Fault) -> dict[str, list[str]]:
-    """Return what was done about a fault, by the names of fixes; after a first one only while the text still has it."""
+    """Apply fixes for a fault and return their notes, by name of the fix.
+
+    After the first fix that changes something, more are only applied while `check_document` still finds the fault.
+    """
     done: dict[str, list[str]] = {}
     for each in fixes:
         if fault.code in each.cures and (notes := list(each.apply(document.root, Request(fault)))):
@@ -191,7 +199,7 @@ def _cure_one(document: Document, fixes: Sequence[Fix[EditDocument]], fault: Fau
 
 
 def _one_per_code(faults: Sequence[Fault]) -> list[Fault]:
-    """Return one fault for each code, in order, with the names of all of that code."""
+    """Return one fault for each code, in order, with the names of all faults of that code."""
     merged: dict[str, Fault] = {}
     for fault in faults:
         before = merged.get(fault.code)

@@ -1,6 +1,6 @@
-"""Fixes of a text that is not XML yet: only slips that can be read in one way.
+"""Fixes of a text that is not well-formed XML: only errors with a single possible correction.
 
-A text that is cut short, or in which a tag is missing that could stand in several places, is for its author.
+A text that is cut short, or that lacks a tag which could be in several places, is left to its author.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from aidsr.mjcf.spans import CDATA, COMMENT, DOCTYPE, INSTRUCTION, blanked, repl
 _DASHES = re.compile(r"-{2,}|^-|-$")
 _QUOTED = r"""(?:"[^"<]*+"|'[^'<]*+')"""
 _TAG = re.compile(rf"""<[A-Za-z_](?:[^<>"']|{_QUOTED}|<(?=\s))*+>""")
-"""A tag from < to >, with its quoted values as a whole; a stray < or & may stand in it."""
+"""A tag from < to >, including its quoted values; it may contain a stray < or &."""
 _AMPERSAND = re.compile(r"&(?!(?:amp|lt|gt|quot|apos|#[0-9]{1,7}|#x[0-9A-Fa-f]{1,6});)")
 _STRAY = re.compile(r"\s?<(?=\s)")
 _NUMBER = r"[-+]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][-+]?[0-9]++)?"
 _BARE = re.compile(rf"(?<=\s)([A-Za-z_]\w*+)=({_NUMBER}(?:\s+{_NUMBER})*+|[A-Za-z_]\w*+)(?=\s|/?>)")
-"""An attribute without quotes: numbers up to the next name or the end of the tag, or one word."""
+"""An attribute value without quotes: numbers up to the next name or the end of the tag, or one word."""
 _ATTRIBUTE = re.compile(rf"(?<!\s)\s++([A-Za-z_][\w.:-]*+)\s*+=\s*+({_QUOTED})")
 _NAME = re.compile(r"<([\w.:-]++)")
 _AFTER_SPACE = re.compile(r"\s*+(\S{0,50})")
@@ -29,7 +29,7 @@ _AFTER_SPACE = re.compile(r"\s*+(\S{0,50})")
 def dashes_in_comments(text: str) -> tuple[str, list[str]]:
     """Write "=" for the dashes that XML does not allow inside comments.
 
-    Nothing moves: lines and columns stay what they were.
+    Line and column numbers do not change.
 
     Source: Extensible Markup Language (XML) 1.0, section 2.5, comments: "--" must not occur, nor "-" before the end.
     """
@@ -91,12 +91,12 @@ def unclosed_elements(text: str) -> tuple[str, list[str]]:
 
 
 def _in_tags(text: str, change: Callable[[str, str], str], done: str) -> tuple[str, list[str]]:
-    """Return a text with its tags changed, and a sentence for each that was.
+    """Return a text with its tags changed, and a sentence for each changed tag.
 
     Args:
-        text: The text; comments and the like stay as they are.
-        change: Is given a tag and what begins after it and after space; returns the tag.
-        done: What it does, in words.
+        text: The text; comments and similar constructs are not changed.
+        change: Function of a tag and of the first word after it that returns the new tag.
+        done: Description of the change for the sentence.
     """
     pieces, notes, end = list[str](), list[str](), 0
     for found in _TAG.finditer(blanked(text, COMMENT, CDATA, INSTRUCTION, DOCTYPE)):
@@ -112,7 +112,7 @@ def _in_tags(text: str, change: Callable[[str, str], str], done: str) -> tuple[s
 
 
 def _unquoted(tag: str, pattern: re.Pattern[str], new: str) -> str:
-    """Return a tag with a pattern replaced where it stands outside of quoted values."""
+    """Return a tag with a pattern replaced outside of quoted values."""
     parts = re.split(f"({_QUOTED})", tag)
     return "".join(part if k % 2 else pattern.sub(new, part) for k, part in enumerate(parts))
 
@@ -128,4 +128,5 @@ FIXES: tuple[Fix[EditText], ...] = tuple(
         unclosed_elements,
     )
 )
-"""Each is tried on what those before it left, until the text can be read; one that never can stays as it was."""
+"""Fixes in the order in which they are applied, each to the result of the one before, until the text can be parsed. If
+it never can, it stays unchanged."""

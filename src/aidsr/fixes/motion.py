@@ -1,4 +1,4 @@
-"""Fixes of how a robot moves: integrator, damping, time step, servo gains, stiffness of limits and contacts."""
+"""Fixes of a robot's dynamics: integrator, damping, time step, servo gains, stiffness of limits and contacts."""
 
 from __future__ import annotations
 
@@ -22,14 +22,15 @@ from aidsr.mjcf.elements import Element, elements
 from aidsr.sim import beam
 
 _DAMPING_STEPS = 5.0
-"""Damping time c / k in time steps. Source: docs/physics.md, recommendation of 5 steps or more."""
+"""Smallest damping time c / k of a joint, in time steps. Source: docs/physics.md, recommendation of 5 steps or more."""
 
 _MUJOCO_TIMESTEP_S = 0.002
-"""Time step where a document gives none. Source: MuJoCo XML reference, option."""
+"""Time step of a document that does not set one. Source: MuJoCo XML reference, option."""
 
 _MOST_DAMPING_S = 0.2
+"""Damping time c / k of a joint from which its damping is not raised further."""
 _SETTLING_S = 0.05
-"""Damping time c / k of a joint whose own was of the wrong sign. Our choice: that of the example arm."""
+"""Smallest damping time c / k of a joint whose damping was negative. Our choice: that of the example arm."""
 _SMALLEST_TIMESTEP_S = 0.0005
 _LEAST_ARMATURE_KG_M2 = 1e-5
 _LEAST_DAMPING_N_M_S = 1e-4
@@ -37,11 +38,11 @@ _LEAST_DAMPING_N_M_S = 1e-4
 _KV_SHARE = 0.02
 """Damping gain of a servo, kv / kp [s]. Source: docs/physics.md, recommendation for tendon servos."""
 _MOST_DAMPED = 10.0
-"""Damping beyond this many times the recommended one hammers with an explicit integrator. Our choice."""
+"""Largest damping of a servo / recommended damping; more causes chatter with an explicit integrator. Our choice."""
 
 
 def _timestep(root: Element) -> float:
-    """Return the document's time step [s]; MuJoCo's own where it gives none."""
+    """Return the document's time step [s]; MuJoCo's default if it sets none."""
     given = [number for option in elements(root, "option") for number in get_numbers(option, "timestep")]
     return given[-1] if given else _MUJOCO_TIMESTEP_S
 
@@ -73,7 +74,10 @@ def _value(root: Element, joint: Element, attribute: str) -> float:
 
 
 def _counts(joint: Element, *attributes: str) -> bool:
-    """Whether an element decides the attributes: a joint of the robot, or a default class that sets one of them."""
+    """Return whether a joint element determines the attributes.
+
+    This holds for a joint of the robot, and for an entry of a default class that sets one of the attributes.
+    """
     in_class = any(ancestor.tag == "default" for ancestor in joint.iterancestors())
     return not in_class or any(joint.get(attribute) for attribute in attributes)
 
@@ -96,7 +100,7 @@ def soften_servos(root: Element, _: Request) -> Iterator[str]:
         if servo.tag == "position":
             set_numbers(servo, "kp", stiffness / 2.0)
         else:
-            # what a command asks for, a length, stays
+            # gain and bias are scaled together, so a command still means the same length
             gain, bias = effective_numbers(root, servo, "gainprm"), effective_numbers(root, servo, "biasprm")
             set_numbers(servo, "gainprm", gain[0] / 2.0, *gain[1:])
             set_numbers(servo, "biasprm", bias[0] / 2.0, bias[1] / 2.0, *bias[2:])
@@ -111,12 +115,12 @@ def _servos(root: Element) -> list[Element]:
 
 
 def _servo_stiffness(root: Element, servo: Element) -> float:
-    """Return kp of a position servo; MuJoCo takes 1 where it is not set."""
+    """Return kp of a position servo; MuJoCo uses 1 if it is not set."""
     return (effective_numbers(root, servo, "kp" if servo.tag == "position" else "gainprm") or [1.0])[0]
 
 
 def _servo_damping(root: Element, servo: Element) -> float:
-    """Return kv of a position servo, 0 where it has none or a damping ratio."""
+    """Return kv of a position servo; 0 if it has none, or a damping ratio instead."""
     if servo.tag == "position":
         return (damping_gain(root, servo) or [0.0])[0]
     return -([*effective_numbers(root, servo, "biasprm"), 0.0, 0.0, 0.0])[2]
@@ -132,7 +136,7 @@ def _set_damping(root: Element, servo: Element, damping: float) -> None:
 
 
 def _damping_share(root: Element, servo: Element) -> float:
-    """Return kv of a servo in units of what is recommended; rounding counts as right."""
+    """Return kv of a servo / recommended kv, rounded so that small rounding errors do not count."""
     return round(_servo_damping(root, servo) / (_KV_SHARE * _servo_stiffness(root, servo)), 3)
 
 
@@ -197,7 +201,7 @@ def stiffen_contacts(root: Element, _: Request) -> Iterator[str]:
 
 
 def _set_in_defaults(root: Element, tag: str, values: dict[str, tuple[float, ...]]) -> Iterator[str]:
-    """Set attributes for all elements of a tag: in the outermost default class, and nowhere else."""
+    """Set attributes for all elements with a tag in the outermost default class, and remove them everywhere else."""
     default = root.find("default")
     if default is None:
         default = etree.Element("default")

@@ -1,4 +1,4 @@
-"""Fixes of names: of attributes, of classes, of things, and of what refers to them."""
+"""Fixes of names: of attributes, default classes and elements, and of references to them."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from aidsr.mjcf.names import known_names, named, references
 from aidsr.mjcf.schema import ElementSchema, mjcf_schema
 
 _SURE = 0.8
-"""Likeness from which a name is taken for a misspelt one. Our choice: one wrong letter in six."""
+"""Smallest similarity with which a name counts as a misspelling of another. Our choice: one wrong letter in six."""
 
 _SHORT = {"position": "pos", "direction": "dir", "quaternion": "quat", "reference": "ref"}
-"""Words that MJCF has an abbreviation for. Others may begin with an attribute and mean something else, as a
-damping_ratio or a size_mm does."""
+"""Words that MJCF abbreviates. Other words may begin with the name of an attribute and have another meaning, such as
+damping_ratio or size_mm."""
 
 _NUMBERS = re.compile(r"[0-9]+")
 
 _OPTIONAL = ("sensor", "contact", "equality")
-"""Sections whose entries a robot can do without."""
+"""Sections whose entries are not essential for a robot."""
 
 
 def misspelt_attributes(root: Element, _: Request) -> Iterator[str]:
@@ -83,10 +83,10 @@ def missing_classes(root: Element, _: Request) -> Iterator[str]:
 
 
 def undefined_references(root: Element, request: Request) -> Iterator[str]:
-    """Point a reference to the one name of its kind that it is most like, or that alone is left over.
+    """Replace a name that does not exist by the most similar name of its kind, or by the only unused one.
 
-    Left over is what no like reference names: no tendon goes through it, no actuator drives it.
-    Sensors and such that name nothing else are dropped.
+    A name is unused if no other reference of the same kind names it: no tendon goes through it, no actuator drives it.
+    Without such a name, a reference to a material is dropped, and so are sensors, contacts and equalities.
     """
     known = known_names(root)
     for element, kind, name in list(references(root)):
@@ -109,10 +109,10 @@ def undefined_references(root: Element, request: Request) -> Iterator[str]:
 
 
 def _left_over(user: Element, attribute: str, known: Collection[str]) -> str:
-    """Return the only known name that no like reference has; "" where there is none, or several.
+    """Return the only known name that no other reference of the same kind uses; "" if there is none or more than one.
 
-    Of several, names that differ from that of the reference in their numbers only count first; for entries that a
-    robot can do without, only these count.
+    Names that differ from that of the reference only in their numbers take precedence; for entries of `_OPTIONAL`
+    sections only these are considered.
     """
     parent = user.getparent()
     section = parent.getparent() if parent is not None and parent.tag == "spatial" else parent
@@ -135,7 +135,7 @@ def duplicate_names(root: Element, request: Request) -> Iterator[str]:
 def duplicate_names_in_use(root: Element, _: Request) -> Iterator[str]:
     """Rename a thing whose name another of its kind bears; references mean the first from then on.
 
-    A cable on its way through a site means the one nearest to the sites before and after it, counted in bodies.
+    The path of a tendon instead refers to the site that is nearest to the sites before and after it, counted in bodies.
     """
     shared = {name: sites for name, sites in _sites(root).items() if len(sites) > 1}
     yield from _rename_duplicates(root, lambda _kind, _name: False)
@@ -152,7 +152,7 @@ def _sites(root: Element) -> dict[str, list[Element]]:
 
 
 def _reroute(root: Element, name: str, sites: Sequence[Element]) -> Iterator[str]:
-    """Send every cable whose path names a site that was more than one through the nearest of them."""
+    """Change the paths of tendons through a site whose name was ambiguous to the nearest of these sites."""
     alone = {name: sites[0] for name, sites in _sites(root).items() if len(sites) == 1}
     for path in root.iterfind("tendon/spatial"):
         stops = [stop for stop in path if stop.tag == "site"]
@@ -173,7 +173,7 @@ def _reroute(root: Element, name: str, sites: Sequence[Element]) -> Iterator[str
 
 
 def _bodies_between(one: Element, other: Element) -> int:
-    """Return how many steps from parent to child lead from the body of an element to that of another."""
+    """Return the number of steps between parent and child from the body of one element to that of another."""
     above = [set(each.iterancestors("body")) for each in (one, other)]
     return len(above[0] ^ above[1])
 
@@ -208,7 +208,7 @@ def _all_attributes() -> Collection[str]:
 
 
 def _with_schema(element: Element, schema: ElementSchema) -> Iterator[tuple[Element, ElementSchema]]:
-    """Yield each element that MJCF knows where it stands, with what it may hold."""
+    """Yield each element that MJCF allows in its place, with its schema."""
     yield element, schema
     for child in element:
         inside = schema.children.get(child.tag) if isinstance(child.tag, str) else None
@@ -217,7 +217,7 @@ def _with_schema(element: Element, schema: ElementSchema) -> Iterator[tuple[Elem
 
 
 def _rename(element: Element, attribute: str, right: str) -> None:
-    """Rename an attribute where it stands, so that a reader finds it in its place."""
+    """Rename an attribute and keep its position among the attributes, for the reader of the document."""
     written = attributes(element)
     element.attrib.clear()
     for name, value in written:

@@ -1,4 +1,4 @@
-"""Fixes of what is missing or too much: sensors, actuators, mass, joints of the root."""
+"""Fixes of missing or superfluous parts: sensors, actuators, mass, joints of the root."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ from aidsr.mjcf.elements import Element, elements
 
 _LEAST_MASS_KG = 0.002
 _LEAST_N, _MOST_N = 0.05, 100.0
-"""Pulls that a winch is given [N]. Our choice: from a micro servo to what a cable of 1 mm holds."""
+"""Smallest and largest pull of an added actuator [N]. Our choice: from a micro servo to what a cable of 1 mm holds."""
 _NEARLY = 0.5
-"""Share of the heaviest body's mass from which a body is as heavy as that. Our choice: the ends of several limbs."""
+"""Mass / mass of the heaviest body from which a body counts as nearly as heavy. Our choice: covers the ends of several
+limbs."""
 
 
 def add_sensors(root: Element, _: Request) -> Iterator[str]:
@@ -70,7 +71,7 @@ def pull_instead(root: Element, request: Request) -> Iterator[str]:
 
 
 def _tendon_names(root: Element) -> list[str]:
-    """Return the names of all tendons; those without one get one."""
+    """Return the names of all tendons; a tendon without a name is given one."""
     tendons = [tendon for tendon in entries(root, "tendon") if tendon.tag in ("spatial", "fixed")]
     for number, tendon in enumerate(tendons, start=1):
         if not tendon.get("name"):

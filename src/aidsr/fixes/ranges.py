@@ -1,4 +1,4 @@
-"""Fixes of ranges: flags, order, units, width, and control ranges that are missing."""
+"""Fixes of ranges: flags, order, units, width, and missing control ranges."""
 
 from __future__ import annotations
 
@@ -15,18 +15,19 @@ from aidsr.mjcf.schema import actuator_elements, range_flags
 
 _FULL_TURN_RAD = 2.0 * math.pi
 _MEANT_RAD = [half_turns * math.pi for half_turns in range(2, 7)]
-"""Angles from a full turn up that are written in radians too. Our choice: a wrist may turn three times."""
+"""Angles of a full turn and more that may be meant in radians. Our choice: a wrist may turn three times."""
 _ROUNDED_RAD = 0.05
-"""What rounding to one decimal takes or gives; no whole number of degrees is that near to one of these."""
+"""Error of rounding such an angle to one decimal; no whole number of degrees is this close to one of these angles."""
 _TURNING = ("hinge", "ball")
 
 _WIDE_RAD = 0.6
-"""Half the range of a joint that was too narrow. Our choice: ten of them bend a limb right round."""
+"""Half the new range of a joint whose range was too narrow. Our choice: ten such joints bend a limb by a full turn."""
 _RADIANS_LOOK_LIKE = 2.0 * math.pi
-"""A range in degrees that stays below this was meant in radians. Our choice: no hinge of a chain stops at 6 deg."""
+"""Number below which the range of a joint was meant in radians although degrees are expected. Our choice: no hinge of a
+chain has a limit at 6 deg."""
 
 TENSION_N = 15.0
-"""Greatest pull of an actuator that has to be invented [N]. Our choice: a hobby servo of 0.15 N m on a 10 mm spool."""
+"""Largest pull assumed for an actuator [N]. Our choice: a hobby servo of 0.15 N m on a 10 mm spool."""
 
 
 def missing_limit_flags(root: Element, _: Request) -> Iterator[str]:
@@ -79,7 +80,7 @@ def ball_ranges_from_zero(root: Element, _: Request) -> Iterator[str]:
 
 
 def empty_joint_ranges(root: Element, _: Request) -> Iterator[str]:
-    """Give a joint whose range has no width that of most other joints of its type; take it away where none has one."""
+    """Replace a joint range without width by the most common range of joints of its type; drop it if there is none."""
     classes = default_classes(root)
 
     def kind_of(joint: Element) -> str:
@@ -152,7 +153,7 @@ def _turn_ranges(root: Element) -> Iterator[str]:
 
 
 def _ranges(root: Element) -> Iterator[tuple[Element, str, str]]:
-    """Yield each element that bears a range, the range's name and its flag's."""
+    """Yield each element with a range, the name of the range attribute and the name of its flag."""
     for element in elements(root):
         for attribute in [str(name) for name in element.attrib]:
             flag = range_flags().get((str(element.tag), attribute))
@@ -161,7 +162,7 @@ def _ranges(root: Element) -> Iterator[tuple[Element, str, str]]:
 
 
 def _are_degrees(angles: list[float]) -> bool:
-    """Whether one of some angles is beyond a full turn in radians and is no rounded number of half turns."""
+    """Return whether an angle exceeds a full turn in radians and is not a rounded number of half turns."""
     return any(
         abs(angle) > _FULL_TURN_RAD
         and not any(math.isclose(abs(angle), turn, abs_tol=_ROUNDED_RAD) for turn in _MEANT_RAD)
@@ -193,7 +194,7 @@ def widen_joint_ranges(root: Element, _: Request) -> Iterator[str]:
 
 
 def _ball_ranges(root: Element) -> Iterator[tuple[Element, Setting]]:
-    """Yield each ball joint that has a range, and where it has it from: itself or a description in defaults."""
+    """Yield each ball joint with a range, and its range, which is from the joint itself or from a default entry."""
     classes = default_classes(root)
     for joint in elements(root, "joint"):
         kind, found = setting(joint, "type", classes), setting(joint, "range", classes)
@@ -202,7 +203,7 @@ def _ball_ranges(root: Element) -> Iterator[tuple[Element, Setting]]:
 
 
 def include_drawn_pose(root: Element, request: Request) -> Iterator[str]:
-    """Open the range of a joint that starts outside it to where it is drawn: its limit throws it back."""
+    """Extend the range of a joint that starts outside it, so that its limit does not throw it back."""
     for joint in elements(root, "joint"):
         if not is_placed(joint) or joint.get("name") not in request.names:
             continue
@@ -240,7 +241,7 @@ def add_control_ranges(root: Element, request: Request) -> Iterator[str]:
 
 
 def _control_range(root: Element, actuator: Element) -> tuple[float, float] | None:
-    """Return the range that fits an actuator, or None where only its author can know it."""
+    """Return the control range that fits an actuator, or None if only its author can know it."""
     written = get_numbers(actuator, "ctrlrange")
     if len(written) == 2 and written[0] > written[1] and not _would_push(root, actuator, written[1], written[0]):
         return written[1], written[0]
@@ -265,7 +266,7 @@ def _control_range(root: Element, actuator: Element) -> tuple[float, float] | No
 
 
 def _would_push(root: Element, actuator: Element, low: float, high: float) -> bool:
-    """Whether a motor on a tendon could push with a control range."""
+    """Return whether a motor on a tendon could push with this control range."""
     if actuator.tag not in ("motor", "general") or not actuator.get("tendon"):
         return False
     sign = gain_sign(root, actuator)
@@ -273,7 +274,7 @@ def _would_push(root: Element, actuator: Element, low: float, high: float) -> bo
 
 
 def _range_of_another(root: Element, actuator: Element) -> list[float]:
-    """Return the control range of the first actuator of the same kind on a tendon that has one; empty without one."""
+    """Return the first control range of another actuator of the same kind on a tendon; empty if there is none."""
     for other in entries(root, "actuator"):
         if other is not actuator and other.tag == actuator.tag and other.get("tendon"):
             given = effective_numbers(root, other, "ctrlrange")

@@ -1,4 +1,4 @@
-"""The record of one fix, what it is given, and the result of fixing."""
+"""The record of one fix, its request, and the result of fixing."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from aidsr.mjcf.elements import Element, describe, line_of
 
 @dataclass(frozen=True)
 class Request:
-    """What a fix is asked for.
+    """Argument of a fix.
 
     Attributes:
-        fault: The fault to cure, with the names of all faults of its code; None where all safe fixes are applied.
-        kept_names: Names that others outside the document refer to, which safe fixes do not change.
+        fault: Fault to cure, with the names of all faults of its code; None if all safe fixes are applied.
+        kept_names: Names that are referred to outside the document; safe fixes do not change them.
     """
 
     fault: Fault | None = None
@@ -26,27 +26,27 @@ class Request:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of the fault, as the robot's own document has them."""
+        """The names of the fault as they are in the robot's own document, without the prefix of a scene."""
         return tuple(map(without_prefix, self.fault.names)) if self.fault else ()
 
 
 EditDocument = Callable[[Element, Request], Iterator[str]]
-"""Changes a document in place and yields a sentence for each change; nothing where there is nothing to do."""
+"""Function that changes a document in place and yields a sentence for each change; nothing if it changes nothing."""
 
 EditText = Callable[[str], tuple[str, list[str]]]
-"""Returns a text changed before it is parsed, and a sentence for each change."""
+"""Function that changes a text before it is parsed; returns the new text and a sentence for each change."""
 
 Edit = TypeVar("Edit", bound=Callable[..., Any])
 
 
 @dataclass(frozen=True)
 class Fix(Generic[Edit]):
-    """One way to change a document so that a fault is gone.
+    """One way to change a document so that a fault disappears.
 
     Attributes:
-        apply: Makes the change.
-        cures: Codes of the faults that go; a code with several fixes tries them in the order of `FIXES`.
-        safe: Whether the document can mean only one thing, so that the fix may be applied without confirmation.
+        apply: Function that makes the change. The first paragraph of its docstring describes the fix in the docs.
+        cures: Codes of the faults that it cures; several fixes for a code are tried in the order of `FIXES`.
+        safe: Whether the document has only one possible meaning, so that the fix may be applied without confirmation.
     """
 
     apply: Edit
@@ -55,30 +55,35 @@ class Fix(Generic[Edit]):
 
     @property
     def name(self) -> str:
-        """The name by which it is chosen and counted."""
+        """Name by which the fix is selected and counted."""
         return self.apply.__name__
 
     @property
     def doc(self) -> str:
-        """What it does, in a sentence."""
+        """Description of the fix in a sentence."""
         return " ".join((inspect.getdoc(self.apply) or "").partition("\n\n")[0].split())
 
 
 class FixResult(Repairs):
-    """An MJCF text after its fixes; notes and counts say what they were, counted by the names of the fixes."""
+    """An MJCF text after fixing; `notes` describe the changes, and `counts` has their number by name of the fix."""
 
     mjcf: str
-    """The text; the very one that was given when nothing was done."""
+    """The fixed text; identical to the given text if nothing was changed."""
     unfixed: tuple[str, ...] = ()
-    """Codes of the faults that no fix changed anything about."""
+    """Codes of the faults for which no fix changed anything."""
 
     @property
     def repairs(self) -> Repairs:
-        """What was done, without the text."""
+        """Notes and counts of the changes, without the text."""
         return Repairs(notes=self.notes, counts=self.counts)
 
 
 def note(element: Element, done: str) -> str:
-    """Return a sentence on what was done to an element: which, in which line, what."""
+    """Return a sentence about a change of an element, with its description and line.
+
+    Args:
+        element: Changed element.
+        done: Description of the change.
+    """
     line = line_of(element)
     return f"{describe(element)}{f' in line {line}' if line else ''}: {done}."

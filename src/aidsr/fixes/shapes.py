@@ -1,4 +1,4 @@
-"""Fixes of shapes given by their two ends, of attributes that contradict each other, and of the guides of tendons."""
+"""Fixes of geoms and sites given by their two ends, of contradicting attributes, and of the paths of tendons."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ from aidsr.mjcf.defaults import default_classes, is_placed, setting
 from aidsr.mjcf.elements import Element, elements, numbers
 
 _LENGTHS = {"capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3}
-"""Shapes that fromto can span, and the numbers in size without it. Source: MuJoCo XML reference, body/geom."""
+"""Types that can be given by fromto, and how many numbers their size has without it. Source: MuJoCo XML reference,
+body/geom."""
 
 _WORD = re.compile(r"[0-9]+|[^\W0-9_]+|[\W_]+")
-"""Names are told apart word by word: letters, numbers, and what is between them."""
+"""Words into which names are split for a comparison: letters, numbers, and the characters between them."""
 
 _ORIENTATIONS = ("quat", "axisangle", "xyaxes", "zaxis", "euler")
 
@@ -33,7 +34,7 @@ def fromto_without_shape(root: Element, _: Request) -> Iterator[str]:
 
 
 def inherited_fromto(root: Element, _: Request) -> Iterator[str]:
-    """Take `fromto` out of a default class for elements whose type has no two ends; others get it written out."""
+    """Remove `fromto` from a default class if an element's own type has no two ends; write it on the other elements."""
 
     def clashes(element: Element) -> bool:
         return "type" in element.attrib and element.get("type") not in _LENGTHS
@@ -42,10 +43,10 @@ def inherited_fromto(root: Element, _: Request) -> Iterator[str]:
 
 
 def fromto_and_pos(root: Element, _: Request) -> Iterator[str]:
-    """Drop `pos` beside `fromto` that says the same, and of one from a default class and an own one the former.
+    """Drop a `pos` that agrees with `fromto`; if only one of the two is from a default class, drop that one.
 
-    An own pos says the same when it is the middle or an end of fromto; anything else may have been meant as a shift and
-    is left alone. A pos of zeros is no fault: MuJoCo takes it for one that was not given.
+    An element's own pos agrees with fromto if it is the middle or an end of it. Any other pos may be meant as a shift
+    and is left alone. A pos of zeros is no fault, since MuJoCo treats it as absent.
     """
     for element in _shapes(root):
         if "fromto" in element.attrib and any(numbers(element.get("pos", ""))) and _says_nothing_else(element):
@@ -90,7 +91,7 @@ def contradicting_attributes(root: Element, _: Request) -> Iterator[str]:
 
 
 def _classes_without_ends(root: Element) -> Iterator[str]:
-    """Let what has two ends leave a class of its own that makes it a shape without, and gives it no size."""
+    """Drop the class of an element with `fromto` if the class gives it a type without two ends and no size."""
     classes = default_classes(root)
     for element in _shapes(root):
         kind, size = setting(element, "type", classes), setting(element, "size", classes)
@@ -135,10 +136,10 @@ def _first_unbracketed(path: Sequence[Element]) -> Element | None:
 
 
 def cut_paths(root: Element, _: Request) -> Iterator[str]:
-    """Lead a tendon that has one site only as another is led, through the sites that are named alike.
+    """Complete the path of a tendon with a single site like that of another tendon, through sites with similar names.
 
-    The names of the two first sites may differ in one word or number; where it is replaced all along the path of the
-    other, sites have to stand that no tendon names.
+    The names of the two first sites may differ in one word or number. This word is replaced in all names of the other
+    path; the resulting names must be those of sites that no tendon uses.
     """
     sites = {site.get("name", "") for site in elements(root, "site") if is_placed(site)}
     paths = [[stop.get("site", "") for stop in elements(tendon, "site")] for tendon in _placed_paths(root)]
@@ -155,12 +156,15 @@ def cut_paths(root: Element, _: Request) -> Iterator[str]:
 
 
 def _led_alike(path: Sequence[str], first: str) -> list[str]:
-    """Return the names of a path with the word replaced in which its first differs from another; empty if it cannot."""
+    """Return the names of a path with the word replaced in which the first one differs from `first`.
+
+    Empty if the first names differ in more than one word, or if the word is not at the same place in all names.
+    """
     one, other = (_WORD.findall(name) for name in (path[0], first))
     apart = [k for k, (word, wanted) in enumerate(zip(one, other, strict=False)) if word != wanted]
     if len(one) != len(other) or len(apart) != 1:
         return []
-    # the word may be as far from the beginning of every name, or from its end
+    # the place of the word is counted from the beginning of every name, or from its end
     for place in (apart[0], apart[0] - len(one)):
         words = [_WORD.findall(name) for name in path]
         if all(-len(each) <= place < len(each) and each[place] == one[place] for each in words):
@@ -188,9 +192,14 @@ def _says_nothing_else(element: Element) -> bool:
 
 
 def _take_out(root: Element, attribute: str, clashes: Callable[[Element], bool]) -> Iterator[str]:
-    """Take an attribute out of the default classes that give it to elements it clashes with.
+    """Remove an attribute from the default classes that give it to elements that it does not fit.
 
-    Every other element that got it from there has it written out, so that nothing else changes.
+    It is written on every other element that inherited it from there, so that these elements do not change.
+
+    Args:
+        root: Root of the document; changed in place.
+        attribute: Attribute to remove.
+        clashes: Function that returns whether the inherited attribute does not fit an element.
     """
     classes = default_classes(root)
     for element in _shapes(root):

@@ -1,4 +1,4 @@
-"""Fixes of how strong a robot is: forces and ranges of its actuators, stiffness of its springs."""
+"""Fixes of a robot's strength: forces and ranges of its actuators, stiffness of its springs."""
 
 from __future__ import annotations
 
@@ -25,27 +25,28 @@ from aidsr.mjcf.elements import Element, elements
 from aidsr.mjcf.schema import actuator_elements
 
 _STRONGER = 1.5
-"""Factor on forces where nothing says how much is missing. Our choice."""
+"""Smallest factor on forces, and the factor if the fault does not say how much is missing. Our choice."""
 
 _WEAKER = 0.67
 _TOO_MUCH = {"actuator_overforce": 1.0, "actuator_power": 0.5}
-"""Of faults of actuators that do too much, the exponent with which force goes with what was measured."""
+"""Faults of too strong actuators, and the exponent n with which force is proportional to (measured value)^n."""
 
 _HOLDING_RAD = 0.6
-"""By how much the weight of a limb may bend it in all. Our choice: a limb that sags by a third of its length."""
+"""Largest total angle by which a limb may bend under its weight. Our choice: a limb that sags by a third of its length.
+"""
 BENT_RAD = 1.0
-"""How far the strongest pull should bend a limb against its springs. Our choice: about 60 degrees."""
+"""Angle by which the strongest pull should bend a limb against its springs. Our choice: about 60 degrees."""
 _LEAST_WEIGHTS = 0.05
-"""Smallest pull, in weights of the robot, that `weaken` leaves. Our choice: a tenth of what `actuator_too_weak` asks
-for where an actuator hardly moves the robot."""
+"""Smallest pull that `weaken` leaves / weight of the robot. Our choice: a tenth of the pull that `actuator_too_weak`
+requires of an actuator that hardly moves the robot."""
 _DAMPING_S = 0.1
-"""Damping time c / k beyond which stiffer springs get no more damping. Our choice."""
+"""Damping time c / k up to which the damping grows with the stiffness of a spring. Our choice."""
 _MOST_WEIGHTS = 20.0
-"""Largest pull that is given to a weak actuator, in weights of the robot. Our choice: less than half of what a winch of
+"""Largest pull that is given to a weak actuator / weight of the robot. Our choice: less than half of what a winch of
 its size holds."""
 
 _LET_GO = 1.3
-"""How much further a servo's range is opened. Our choice: more than the stroke of a limb bent by 3 rad."""
+"""Factor on the upper end of a servo's range. Our choice: more than the stroke of a limb bent by 3 rad."""
 
 
 def strengthen(root: Element, request: Request) -> Iterator[str]:
@@ -54,9 +55,9 @@ def strengthen(root: Element, request: Request) -> Iterator[str]:
 
 
 def _bending_factor(root: Element, request: Request) -> float:
-    """Return by what factor a pull stays below weight x length / lever of the tendons, with which a limb lifts itself.
+    """Return the factor by which a pull must grow to reach weight x L / moment arm, with which a limb lifts itself.
 
-    A fault measures the pull in weights; 1 where the robot does not compile or has no tendon.
+    The fault gives the measured pull in weights of the robot. 1 if the robot does not compile or has no tendon.
     """
     import mujoco
 
@@ -78,10 +79,10 @@ def _bending_factor(root: Element, request: Request) -> float:
 
 
 def weaken(root: Element, request: Request) -> Iterator[str]:
-    """Let every actuator pull a third less hard, or as much less as was found too much of force or power.
+    """Reduce the force of every actuator to two thirds, or to less if the limit on force or power requires it.
 
-    Where force or power is too much, springs become softer with it, so that the limb still bends. Nothing is done where
-    no pull that is left could move the robot's weight: such a robot is too heavy, and its winches are not too strong.
+    If force or power is too large, the springs become softer too, so that the limb still bends. Nothing is changed if
+    the remaining pull could not move the robot's weight: such a robot is too heavy, and its winches are not too strong.
     """
     fault, factor = request.fault, _WEAKER
     if fault is None or fault.code not in _TOO_MUCH:
@@ -100,17 +101,18 @@ def weaken(root: Element, request: Request) -> Iterator[str]:
 
 @dataclass(frozen=True)
 class Pull:
-    """What the strongest actuator of a robot does in its initial pose, by statics."""
+    """Largest static effect of a robot's actuators in its initial pose."""
 
     force_n: float
+    """Largest force of an actuator [N]."""
     bend_rad: float
-    """Against the springs, summed over the joints that it acts on."""
+    """Largest bend by an actuator against the springs, summed over the joints that it acts on [rad]."""
     weight_n: float
-    """Of the whole robot."""
+    """Weight of the whole robot [N]."""
 
 
 def read_pull(root: Element, names: Collection[str] = ()) -> Pull | None:
-    """Return the strongest pull of a robot, of named actuators where any are named; None where it does not compile."""
+    """Return the strongest pull of a robot's actuators, only those in `names` if any; None if it does not compile."""
     import mujoco
     import numpy as np
 
@@ -149,7 +151,7 @@ def _scale_forces(root: Element, factor: float, names: tuple[str, ...] = ()) -> 
 
 
 def _missing_factor(request: Request) -> float:
-    """Return by what factor a measured value stays below its limit, with a fifth to spare, within 1.5 to 5."""
+    """Return the factor by which a measured value must grow to exceed its limit by a fifth, clipped to 1.5 to 5."""
     fault = request.fault
     if fault is None or not fault.measured or not fault.limit:
         return _STRONGER
@@ -173,9 +175,10 @@ def stiffen_springs(root: Element, _: Request) -> Iterator[str]:
 
 
 def _holding_factor(root: Element) -> float:
-    """Return by what factor springs are too soft: weight beyond a joint x lever / stiffness, summed over a limb.
+    """Return the factor by which springs are too soft to hold their limb.
 
-    1 where the robot does not compile.
+    It is the bend of the limb under its weight, summed over its joints, / `_HOLDING_RAD`; the bend of a joint is the
+    weight that it carries x lever arm / stiffness. 1 if the robot does not compile.
     """
     import mujoco
     import numpy as np
@@ -194,7 +197,7 @@ def _holding_factor(root: Element) -> float:
         body = model.jnt_bodyid[joint]
         lever_m = np.linalg.norm(data.subtree_com[body] - data.xanchor[joint])
         moment = model.body_subtreemass[body] * gravity_m_s2 * lever_m
-        # hinges of one body about different axes share the bending
+        # only the softest hinge of a body counts: hinges about different axes do not add up
         bend_rad[body] = max(bend_rad[body], moment / model.jnt_stiffness[joint])
     for body in range(1, model.nbody):
         bend_rad[body] += bend_rad[model.body_parentid[body]]
@@ -202,7 +205,7 @@ def _holding_factor(root: Element) -> float:
 
 
 def soften_springs(root: Element, request: Request) -> Iterator[str]:
-    """Make every joint spring as much softer as was found too little moved, at most 0.6 times as stiff."""
+    """Soften every joint spring by the factor by which the measured motion is too small, at least to 0.6 times."""
     yield from _scale_springs(root, min(1.0 / _missing_factor(request), 0.6))
 
 
@@ -234,7 +237,10 @@ def restore_gear(root: Element, _: Request) -> Iterator[str]:
 
 
 def _pulling_gear(root: Element, actuator: Element) -> float:
-    """The gear with which a motor on a tendon pulls: a positive force lengthens it."""
+    """Return the gear with which an actuator acts: -1 for a motor on a tendon that would push, else 1.
+
+    A positive force lengthens a tendon.
+    """
     low_high = effective_numbers(root, actuator, "ctrlrange")
     pushes = actuator.tag == "motor" and actuator.get("tendon") and len(low_high) == 2 and sum(low_high) > 0
     return -1.0 if pushes else 1.0

@@ -1,1 +1,1 @@
-"""How well a body does its task: episodes in batch, open-loop search, reinforcement learning."""
+"""Tests of a robot on its task: parallel episodes, open-loop search, reinforcement learning."""

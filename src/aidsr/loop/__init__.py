@@ -1,1 +1,1 @@
-"""The method: iterations of one design (`loop`), designs side by side (`runner`), `design` and `resume` (`run`)."""
+"""The method: iterations of one design (`loop`), parallel designs (`runner`), `design` and `resume` (`run`)."""

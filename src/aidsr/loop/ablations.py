@@ -1,4 +1,4 @@
-"""Ablations: the method with parts replaced; the loop has no branch for them.
+"""Ablations: the method with some parts replaced, without branches in the loop.
 
 Source: AID-SR compares its full method with runs without Judge, without Scene Integrator, without both, without
 validation, and with direct prompting.
@@ -15,32 +15,32 @@ from aidsr.loop.parts import Mount, Parts, TeamFor
 
 
 class ApproveAll:
-    """A Judge who passes whatever is stable."""
+    """A Judge that passes every stable scene."""
 
     def judge(self, brief: Brief, concept: Concept, robot: Robot, scene: Scene, report: ValidationReport) -> Critique:
-        """Return a pass."""
+        """Return a critique that passes."""
         del brief, concept, robot, scene, report
         return Critique(passed=True, summary="Passed without a Judge.")
 
 
 class DefaultPlacement:
-    """A Scene Integrator that puts every robot on the first mount, or on the world's origin where there is none."""
+    """A Scene Integrator that places every robot on the first mount, or at the world's origin if there is no mount."""
 
     def place(self, brief: Brief, concept: Concept, robot: Robot) -> Placement:
-        """Return that placement."""
+        """Return the default placement."""
         del concept, robot
         return default_placement(brief)
 
     def adjust(
         self, brief: Brief, concept: Concept, robot: Robot, placement: Placement, feedback: Feedback
     ) -> Placement:
-        """Return the placement as it was."""
+        """Return the placement unchanged."""
         del brief, concept, robot, feedback
         return placement
 
 
 def default_placement(brief: Brief) -> Placement:
-    """Return a placement on the first mount of an environment, or at the world's origin where there is none."""
+    """Return a placement on the first mount of an environment, or at the world's origin if there is no mount."""
     mounts = [mount.name for mount in brief.summary.mounts if mount.moved_by or brief.base != "moving"]
     return Placement(
         mount=mounts[0] if mounts else "world",
@@ -55,7 +55,7 @@ class AcceptAll:
     def __call__(
         self, mjcf: str, *, mount: Mount = "auto", needs_contact: bool = False, environment: str = ""
     ) -> ValidationReport:
-        """Return a stable report."""
+        """Return a report that says stable."""
         del mjcf, mount, needs_contact, environment
         return ValidationReport(stable=True, notes=("not validated",))
 
@@ -74,7 +74,7 @@ class _With:
 
 
 def ablate(parts: Parts, method: Method) -> Parts:
-    """Return the parts of an ablation; those of the full method are unchanged."""
+    """Return the parts of an ablation; the parts of the full method are returned unchanged."""
     match method:
         case "full":
             return parts

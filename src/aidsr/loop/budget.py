@@ -1,4 +1,4 @@
-"""No call that could exceed the budget: tokens and money are reserved before a call and settled after it."""
+"""Budget of a run: tokens and cost are reserved before a call and settled after it, so no call can exceed it."""
 
 from __future__ import annotations
 
@@ -14,28 +14,28 @@ from aidsr.runs import Run
 from aidsr.teams.providers.tokens import estimate_input_tokens
 
 Price = Callable[[int, int], float | None]
-"""Returns what so many tokens in and out cost [USD], None when that is not known."""
+"""Returns the cost of the given numbers of input and output tokens [USD], None if it is unknown."""
 
 
 def check_prices(budget: Budget, model: str, price: Price) -> None:
-    """Refuse a limit on money for a model without a known price.
+    """Refuse a cost limit for a model without a known price.
 
     Raises:
-        UserError: The budget cannot be kept.
+        UserError: The budget cannot be enforced.
     """
     if budget.limits_cost and price(1, 1) is None:
         raise UserError(f'the price of "{model}" is unknown, so a cost limit cannot be enforced; limit tokens instead')
 
 
 def priced(usage: Usage, price: Price) -> Usage:
-    """Return what a call used, at list price where its provider did not say what it cost; that is never less."""
+    """Return the usage of a call, with the list price if the provider gave no cost; the list price is never lower."""
     if usage.cost_usd is not None:
         return usage
     return usage.model_copy(update={"cost_usd": price(usage.input_tokens, usage.output_tokens)})
 
 
 def spent_by(run: Run, price: Price) -> dict[int, Usage]:
-    """Return what every design of a run has used, by its number, 0 for the Designer's calls for all concepts."""
+    """Return the usage of every design of a run by its number; 0 stands for the Designer's calls for all concepts."""
     calls = {0: run.calls}
     for design in run.designs:
         calls[design.number] = tuple(call for iteration in design.iterations for call in iteration.calls)
@@ -45,10 +45,10 @@ def spent_by(run: Run, price: Price) -> dict[int, Usage]:
 class Ledger:
     """What a run and its designs have spent, and what calls in flight may still cost.
 
-    A call is made only if its upper bound fits into what is left: the prompt's tokens, and as many in reply as its cap
-    allows. Where it would fit but for calls in flight, it waits until they ended, for most cost far less than their
-    bounds. So budgets are kept, and a little of them may stay unspent. The Designer's calls for all concepts count
-    for the run, and in even shares for each design.
+    A call is made only if its upper bound fits into the remaining budget. The bound is the prompt's tokens plus the
+    reply's maximum. If it would fit but for calls in flight, the call waits until they end, because most cost far less
+    than their bounds. So budgets are never exceeded, and a small part of them may remain unspent. The Designer's calls
+    for all concepts count towards the run, and in equal shares towards each design.
     """
 
     def __init__(self, run: Run, budget: Budget, concepts: int, price: Price) -> None:
@@ -58,16 +58,16 @@ class Ledger:
         self._price = price
         self._spent = spent_by(run, price)
         self._in_flight: list[tuple[int, Usage]] = []
-        """Designs with a call under way, and its upper bound."""
+        """Numbers of the designs with a call in flight, and the upper bound of each call."""
         self._interrupted = False
         self._changed = threading.Condition()
-        """Guards all of this; notified when a call in flight has ended, or all waiting has to stop."""
+        """Guards all fields; notified when a call in flight has ended, or when all waiting calls have to stop."""
 
     def ask(self, model: Model, folder: Path, question: Question) -> CallRecord:
-        """Ask if the budget allows it, once it is known to.
+        """Ask the model as soon as the budget is known to allow it.
 
         Raises:
-            BudgetError: The call could exceed what is left.
+            BudgetError: The call could exceed the remaining budget.
             ModelError: Waiting for calls in flight was interrupted.
         """
         number = self._number(folder)
@@ -91,7 +91,7 @@ class Ledger:
         return record
 
     def interrupt(self) -> None:
-        """Let every call that waits for others give up, now and from now on."""
+        """Make every call fail that waits for others, now and from now on."""
         with self._changed:
             self._interrupted = True
             self._changed.notify_all()
@@ -102,7 +102,7 @@ class Ledger:
         return Usage(input_tokens=tokens, output_tokens=question.max_output_tokens, cost_usd=cost)
 
     def _wait_for_room(self, number: int, bound: Usage) -> None:
-        """Return when the call fits beside those in flight; without any, it fits or is refused."""
+        """Return when the call fits beside those in flight; without any in flight, it fits or is refused."""
         while self._refusal(self._spent_at_most(), number, bound):
             if refusal := self._refusal(self._spent, number, bound):
                 raise refusal
@@ -111,14 +111,14 @@ class Ledger:
             self._changed.wait()
 
     def _spent_at_most(self) -> dict[int, Usage]:
-        """Return what will be spent if each call in flight costs as much as it may."""
+        """Return the usage if each call in flight costs as much as its upper bound."""
         spent = dict(self._spent)
         for number, bound in self._in_flight:
             spent[number] = spent.get(number, Usage()) + bound
         return spent
 
     def _refusal(self, spent: dict[int, Usage], number: int, bound: Usage) -> BudgetError | None:
-        """Return why the call may not be made when so much is spent; None if it may."""
+        """Return the reason why the call may not be made with the given usage; None if it may."""
         budget = self._budget
         refused = _beyond(budget.tokens, budget.cost_usd, sum(spent.values(), Usage()), bound, "run")
         if number and not refused:
@@ -136,7 +136,7 @@ class Ledger:
 
 
 class Budgeted:
-    """A model asked only within the budget of a run."""
+    """A model that is asked only within the budget of a run."""
 
     def __init__(self, model: Model, ledger: Ledger, folder: Path) -> None:
         self.name = model.name
@@ -146,16 +146,16 @@ class Budgeted:
 
     @property
     def calls_tools(self) -> bool:
-        """Whether the model takes tools."""
+        """Whether the model supports tools."""
         return calls_tools(self._model)
 
     def ask(self, question: Question) -> CallRecord:
-        """Ask, or raise BudgetError."""
+        """Ask the model, or raise BudgetError."""
         return self._ledger.ask(self._model, self._folder, question)
 
 
 def _beyond(tokens: int | None, cost_usd: float | None, spent: Usage, bound: Usage, what: str) -> dict[Limit, str]:
-    """Return the limits that the next call could exceed, and a sentence about each."""
+    """Return the limits that the next call could exceed, each with a sentence that says so."""
     used, more = (each.input_tokens + each.output_tokens for each in (spent, bound))
     refused: dict[Limit, str] = {}
     if tokens is not None and used + more > tokens:

@@ -1,4 +1,4 @@
-"""What the bodies and placements of a design came to when they were tried on its task, a line for each."""
+"""Results of earlier trials of a design on its task, one line for each robot and placement."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from aidsr.runs.folders import DesignFolder
 
 
 def earlier_trials(now: IterationFolder) -> list[str]:
-    """Return a line for each iteration before this one that was tried: body, placement, figures, where it stopped."""
+    """Return a line for each earlier iteration with a trial: robot, placement, figures, and what went wrong."""
     design = DesignFolder(now.path.parent)
     lines = []
     for number in range(1, now.number):
@@ -20,7 +20,7 @@ def earlier_trials(now: IterationFolder) -> list[str]:
 
 
 def _made(design: DesignFolder, number: int) -> str:
-    """Return which body stood where."""
+    """Return which robot was placed where."""
     leading = design.leading_to(number)
     concept = next(each.concept for each in leading if each.concept.path.exists()).read()
     placement = next(each.placement for each in leading if each.placement.path.exists()).read()

@@ -1,4 +1,4 @@
-"""Early stopping: the same role was asked to fix the same problems, and they are as bad as before."""
+"""Early stopping: the same role was asked to fix the same problems, and they have not improved."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from aidsr.loop.routing import Change
 
 _LEAST_IMPROVEMENT = 0.05
 """Share of its distance to the limit by which a fault must improve to count as better. Our choice: eight iterations
-of less would leave two thirds of the distance."""
+with less improvement would leave two thirds of the distance."""
 
 
 def never_stop(changes: Sequence[Change]) -> bool:
-    """Never stop before the iterations are used up, as in the paper's method."""
+    """Return False: never stop before the iterations are used up, as in the paper's method."""
     del changes
     return False
 
 
 def no_progress(changes: Sequence[Change]) -> bool:
-    """Whether the latest change asks a role again for what it did not improve when it was last asked.
+    """Return whether the latest change asks a role again for what it did not improve the last time.
 
-    The problems are the same when the faults have the same codes and places, or the Judge's words are the same. Faults
-    that moved at least a twentieth of their way to the limit are not. A role that has not been asked yet is given its
-    attempt, so what the Scene Integrator could not cure still goes to the Coder.
+    Problems are the same when the faults have the same codes and places, or the Judge's words are the same. Faults that
+    moved at least a twentieth of their distance to the limit are not the same. A role that has not been asked yet gets
+    one attempt, so a problem that the Scene Integrator could not solve still goes to the Coder.
 
     Args:
-        changes: What each iteration of the round found wrong, in order.
+        changes: Change requested after each iteration of the round, in order.
     """
     newest = changes[-1]
     for before in reversed(changes[:-1]):
@@ -44,7 +44,7 @@ def _roles(change: Change) -> tuple[bool, ...]:
 
 
 def _no_better(before: Change, now: Change) -> bool:
-    """Whether two iterations found the same problems and none of them improved."""
+    """Return whether two iterations found the same problems and none of them improved."""
     first, second = _problems(before), _problems(now)
     if first.keys() != second.keys():
         return False
@@ -52,7 +52,7 @@ def _no_better(before: Change, now: Change) -> bool:
 
 
 def _problems(change: Change) -> dict[tuple[str, ...], float]:
-    """Return everything found wrong by code and place, each with its distance to the limit, 0 where none is known."""
+    """Return all problems by code and place, each with its distance to the limit, 0 if unknown."""
     found: dict[tuple[str, ...], float] = {("concept", change.concept): 0.0} if change.concept else {}
     for feedback in (change.robot, change.placement):
         for place, distance in _of(feedback):

@@ -1,4 +1,4 @@
-"""The estimated cost of a run: from earlier runs of the same model, else a rule of thumb."""
+"""Estimate of the cost of a run: from earlier runs of the same model, else from a rule of thumb."""
 
 from __future__ import annotations
 
@@ -13,10 +13,12 @@ from aidsr.runs import Run, read_status
 from aidsr.teams.providers import is_offline
 
 _TYPICAL = Usage(calls=6, input_tokens=36_000, output_tokens=18_000)
-"""One design: two robots, a placement or two, a verdict, a share of the concepts; 6,000 tokens in and 3,000 out a call.
-Our guess, for prompts as docs/models.md has them and short reasoning; models that reason at length take more."""
+"""Usage of one design: two robots, a placement or two, a verdict, a share of the concepts; 6,000 input and 3,000 output
+tokens for each call. A guess, for prompts as in docs/models.md and short reasoning; models with long reasoning use
+more."""
 _MEASURING = Usage(calls=8, input_tokens=73_000, output_tokens=10_000)
-"""One design of the measuring team, every prompt counted. Source: the mean of `benchmarks.teams.prompt_size`."""
+"""Usage of one design of the measuring team, including every prompt. Source: the mean of
+`benchmarks.teams.prompt_size`."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +27,7 @@ class Estimate:
 
     usage: Usage
     basis: str
-    """Where the figures come from, as a clause."""
+    """Source of the figures, as a clause."""
 
 
 def estimate(config: RunConfig, runs: Path) -> Estimate:
@@ -50,7 +52,7 @@ def estimate(config: RunConfig, runs: Path) -> Estimate:
 
 
 def _earlier(config: RunConfig, runs: Path) -> list[Usage]:
-    """Return the usage of finished designs by a model in the same team; runs that cannot be read are skipped."""
+    """Return the usage of each finished design by the same model in the same team; unreadable runs are skipped."""
     found = []
     for record in sorted(runs.glob("*/run.json")):
         try:

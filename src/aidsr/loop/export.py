@@ -1,4 +1,4 @@
-"""A design or a robot handed to the workshop: made into parts, tried again as it will be built, and written down."""
+"""Export of a design or a robot for the workshop: divide it into parts, test it again as built, and write a package."""
 
 from __future__ import annotations
 
@@ -39,15 +39,15 @@ class Exported:
 
 @dataclass(frozen=True)
 class _Subject:
-    """What is to be built, and what is known of it.
+    """What is exported, and what is known about it.
 
     Attributes:
-        title: For the sheet.
-        mjcf: The robot alone, at its final size.
-        reports: What the validator recorded of it already.
+        title: Title for the sheet.
+        mjcf: MJCF of the robot alone, at its final size.
+        reports: Validation reports of the robot that already exist.
         environment: MJCF of the environment it was designed for; empty for a robot from a file.
-        mount: How it is held while it is tested.
-        design: Its folder, where it comes from a run.
+        mount: How the robot is mounted while it is tested.
+        design: Folder of the design, if the robot comes from a run.
     """
 
     title: str
@@ -67,15 +67,15 @@ def export(
     policy: bool = False,
     cad: bool = False,
 ) -> Exported:
-    """Export a design's folder, or the MJCF of a robot.
+    """Export an approved design, or the MJCF of a robot.
 
     Args:
-        subject: Folder of an approved design, or a file.
-        folder: Where to; "export" in the design's folder, or NAME_export beside the file, when not given.
+        subject: Folder of an approved design, or an MJCF file.
+        folder: Output folder; by default "export" in the design's folder, or NAME_export beside the file.
         printer: Name of a printer.
-        material: Name of a material; None tries all the printer has.
-        policy: Whether the design's last trained policy is tried with the robot as built.
-        cad: Whether parts are written as STEP too; needs the extra "cad".
+        material: Name of a material; None tries all materials of the printer.
+        policy: Whether to test the design's last trained policy with the robot as built.
+        cad: Whether to write the parts as STEP too; needs the extra "cad".
 
     Raises:
         UserError: There is nothing to export, or the folder holds something else.
@@ -106,7 +106,7 @@ def export(
 
 
 def _read(subject: Path) -> _Subject:
-    """Return what a path stands for."""
+    """Return the subject of the export at a path."""
     if not subject.is_dir():
         return _Subject(subject.stem, open_mjcf(subject), (), "", "auto", None)
     design = DesignFolder(subject.resolve())
@@ -124,7 +124,7 @@ def _read(subject: Path) -> _Subject:
     mjcf, found = robot.decode(), [newest(it.scene_report.read() for it in kept)]
     if placement.scale == 1.0:
         found.append(newest(it.robot_report.read() for it in kept))
-    else:  # the robot's own report is of another size
+    else:  # the robot's own report is for another size
         mjcf = resize_robot(mjcf, placement.scale)
     concept = newest(it.concept.read() for it in kept)
     title = f"{concept.name if concept else 'robot'} for {brief.task or 'an objective in words'}"
@@ -147,7 +147,7 @@ def _last_training(design: DesignFolder | None) -> Training:
 
 
 def _with_policy(retest: Retest, design: DesignFolder, environment: str, built: str, learnt: Training) -> Retest:
-    """Let what a training learnt act in the scene with the robot as built."""
+    """Return the retest with the success share of a trained policy with the robot as built."""
     from aidsr.learn.rl.evaluation import VERDICT_EPISODES
     from aidsr.learn.rl.isolated_learning import run_policy
 

@@ -1,4 +1,4 @@
-"""The human step. The decision is a file, so that a terminal, an editor, a browser or a test can give it."""
+"""The human step. The decision is a file, so it can come from a terminal, an editor, a browser or a test."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from aidsr.runs.events import Decided, DecisionUnreadable, Waiting
 
 
 def approve(iteration: IterationFolder, log: EventLog, halt: Halt) -> Decision:
-    """Approve what the Judge passed, without a person and without a file."""
+    """Approve a scene that the Judge passed, without a person and without a file."""
     del iteration, log, halt
     return Decision(verdict="approve")
 
@@ -26,7 +26,7 @@ class DecisionFile:
     poll_s: float = 0.5
 
     def __call__(self, iteration: IterationFolder, log: EventLog, halt: Halt) -> Decision:
-        """Return the decision once it can be read; log each new reason why the file cannot be."""
+        """Return the decision as soon as it can be read; log each new reason why the file cannot be read."""
         decision, problem = _read_decision(iteration)
         if decision is not None:
             return decision
@@ -46,12 +46,12 @@ class DecisionFile:
 
 @dataclass(frozen=True)
 class PresetFeedback:
-    """Gives feedback that was written before the run: once for each design, in its decision.json."""
+    """Gives feedback that was written before the run, once for each design, and writes it to decision.json."""
 
     text: str
 
     def __call__(self, iteration: IterationFolder, log: EventLog, halt: Halt) -> Decision:
-        """Return a refinement with that text for the first scene of a design, and approval for every later one."""
+        """Return a refinement with the preset text for the first scene of a design, and approval for all later ones."""
         del halt
         written = iteration.decision.read()
         if written is not None:
@@ -66,9 +66,9 @@ class PresetFeedback:
 
 
 def _read_decision(iteration: IterationFolder) -> tuple[Decision | None, str]:
-    """Return the decision, or what is wrong with the file; neither while it is missing or being written.
+    """Return the decision, or the problem of the file; neither while the file is missing or being written.
 
-    An editor empties a file before it fills it; what is wrong counts only in a file that did not change meanwhile.
+    An editor empties a file before it fills it, so a problem counts only if the file did not change in the meantime.
     """
     before = _content(iteration)
     if not before:

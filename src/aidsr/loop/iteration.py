@@ -1,6 +1,6 @@
-"""One iteration of a design: make what is missing or requested, validate it, judge it, and return what comes next.
+"""One iteration of a design: create what is missing or requested, validate it, judge it, and return what comes next.
 
-Every step is named after the file it writes and is skipped if that file exists, so resuming is the same code.
+Every step is named after the file it writes and is skipped if that file exists, so resuming uses the same code.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from aidsr.runs import EventLog, IterationFolder
 from aidsr.runs.events import Repaired
 
 _MOUNT: dict[str, Mount] = {"fixed": "fixed", "moving": "fixed", "free": "free", "any": "auto"}
-"""How a robot alone is held while it is validated, by the base of its task."""
+"""How a robot alone is mounted while it is validated, by the base of its task."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Draft:
 
 @dataclass(frozen=True)
 class Iteration:
-    """The steps of one iteration, in its folder."""
+    """Steps of one iteration, in its folder."""
 
     folder: IterationFolder
     brief: Brief
@@ -53,7 +53,7 @@ class Iteration:
     halt: Halt
 
     def run(self, draft: Draft, requested: Change) -> tuple[Draft, Decision | Change]:
-        """Return the draft after this iteration, and a person's decision or what the next iteration has to change.
+        """Return the draft after this iteration, and a person's decision or the change for the next iteration.
 
         Raises:
             ReplyError: A role's reply could not be used.
@@ -86,7 +86,7 @@ class Iteration:
         return draft, self.decide()
 
     def measure_again(self, robot: Robot) -> TaskReport:
-        """Return how far the scene of this iteration comes by seeds and variations that it was not chosen by."""
+        """Return a second report of a trial, with seeds and variations by which the scene was not selected."""
         scene, measure = self.folder.scene.read(), self.parts.measure_again
         assert scene is not None, "only an assembled scene is tried"
         assert measure is not None, "only what was tried is measured again"
@@ -95,7 +95,7 @@ class Iteration:
         )
 
     def decide(self) -> Decision:
-        """Return a person's decision on the scene of this iteration, which the Judge passed."""
+        """Return a person's decision on the scene of this iteration, which has passed the Judge."""
         scene = self.folder.scene.read()
         assert scene is not None, "only an assembled scene is judged"
         self._steps.draw("motion", self.folder.motion, self.parts.filmstrip, scene.mjcf)
@@ -138,7 +138,7 @@ class Iteration:
         return replace(draft, robot_report=None), robot
 
     def _fixed(self, written: Robot) -> Robot:
-        """Return the Coder's robot after mechanical repairs; these and the original are kept beside it."""
+        """Return the Coder's robot after mechanical repairs; the repairs and the original are stored beside it."""
         actuators = (name for group in written.actuator_groups for name in group.actuators)
         fixed = self.parts.repair(written.mjcf, kept_names={written.functional_part, *actuators})
         if not fixed.total:
@@ -178,7 +178,7 @@ class Iteration:
         )
 
     def _scene(self, robot: Robot, placement: Placement) -> tuple[Scene | None, ValidationReport]:
-        """Return the scene and its report; without a scene, the report says why there is none."""
+        """Return the scene and its report; without a scene, the report gives the reason."""
         known = self.folder.scene_report.read()
         if known is not None and self.folder.scene.read() is None:
             return None, known
@@ -204,13 +204,13 @@ class Iteration:
 def _tried(try_on_task: TryOnTask, robot: Robot, scene: Scene) -> TaskReport:
     try:
         return try_on_task(robot, scene)
-    except IsolationError as error:  # a trial is advice: a scene too slow for it can still be trained
+    except IsolationError as error:  # a trial is only advice: a scene that is too slow for it can still be trained
         critique = Critique(passed=True, summary=f"It could not be tried on its task: {error}.")
         return TaskReport(phase="partial", progress=0.0, critique=critique)
 
 
 def _with_trial(report: ValidationReport, trial: TaskReport | None) -> ValidationReport:
-    """Return what the Judge gets: what was measured of the scene, with what its trial measured."""
+    """Return the Judge's input: the measurements of the scene, with those of its trial."""
     if trial is None:
         return report
     told = "\n".join([trial.critique.summary, trial.account]).strip()

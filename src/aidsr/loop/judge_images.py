@@ -14,15 +14,15 @@ _MOVING = "Five moments, from left to right, while the robot's actuators swing t
 
 
 def pictures_of(folder: Path, scene: Scene) -> dict[str, bytes]:
-    """Return pictures of the scene of an iteration by caption; those that cannot be drawn are left out.
+    """Return pictures of an iteration's scene by caption; those that cannot be rendered are left out.
 
-    They are files of the iteration, so a resumed run shows the same and pays for no critique twice.
+    They are files of the iteration, so a resumed run sends the same pictures and does not pay for a critique twice.
     """
     from aidsr.render.pictures import filmstrip
 
     iteration = IterationFolder(folder)
     if iteration.motion.read() is None:
-        with suppress(MjcfError, IsolationError):  # a picture that cannot be drawn is no reason not to judge
+        with suppress(MjcfError, IsolationError):  # the scene can be judged without this picture
             iteration.motion.write(filmstrip(scene.mjcf))
     files = {_STANDING: iteration.preview, _MOVING: iteration.motion}
     return {caption: png for caption, file in files.items() if (png := file.read()) is not None}

@@ -1,4 +1,4 @@
-"""The loop for one concept: iterations until a design is approved, stops improving, or has used up its iterations."""
+"""The loop for one concept: iterations until the design is approved, stops improving, or has used up its iterations."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from aidsr.runs import DesignFolder, EventLog
 from aidsr.runs.status import newest
 
 _MEASURED_AGAIN = 3
-"""How many of the scenes that fell short, the best of them, are measured again. Our choice."""
+"""Number of scenes that are measured again, among those that fell short, best first. Our choice."""
 
 
 @dataclass(frozen=True)
 class DesignLoop:
-    """Develops one design from its concept: Iteration after Iteration, each with what the last one found wrong."""
+    """Develops one design from its concept: each iteration fixes the problems that the previous one found."""
 
     design: DesignFolder
     brief: Brief
     iterations: int
-    """Repairs allowed after the first iteration of a round."""
+    """Number of repairs allowed after the first iteration of a round."""
     parts: Parts
 
     def run(self, log: EventLog, halt: Halt) -> Outcome:
-        """Return the outcome, and write it after the final files of an approved design.
+        """Return the outcome; for an approved design, write the final files first and then the outcome.
 
         Raises:
-            HaltedError: Work was asked to stop.
+            HaltedError: Work was requested to stop.
             AidsrError: Work cannot continue, for example because the language model cannot be reached.
         """
         written = self.design.outcome.read()
@@ -44,7 +44,7 @@ class DesignLoop:
         return outcome
 
     def _iterate(self, draft: Draft, log: EventLog, halt: Halt) -> Outcome:
-        """Run iterations until the design ends; a person's "refine" starts a new round."""
+        """Run iterations until the design ends; the decision "refine" starts a new round."""
         state = _Round(draft, self.brief, 1 + self.iterations)
         for number in itertools.count(1):
             iteration = Iteration(self.design.iteration(number), state.brief, self.parts, log, halt)
@@ -96,7 +96,7 @@ class DesignLoop:
         return None
 
     def _after_trial(self, iteration: Iteration, state: _Round, change: Change) -> Outcome | None:
-        """Send back a design that fell short on its task; after the last time, the best of them is kept."""
+        """Send back a design that fell short in its trial, or return an outcome after the last allowed time."""
         state.trial_changes.append(change)
         state.fell_short.append((iteration, state.draft))
         if len(state.trial_changes) > self.parts.task_rounds or self.parts.stalled(state.trial_changes):
@@ -105,7 +105,7 @@ class DesignLoop:
         return None
 
     def _with_best(self, ended: Outcome, measured: list[Iteration]) -> Outcome:
-        """Return the outcome of a design of which no body passed, with the best that the Judge measured."""
+        """Return the outcome of a design that never passed, with the best robot that the Judge measured."""
         best = max(measured, key=lambda one: _judged_progress(one) or 0.0).folder
         if ended.outcome != "invalid" or best.number == ended.iteration:
             return ended
@@ -121,7 +121,7 @@ class DesignLoop:
         return Outcome(outcome="invalid", reason=reason, iteration=best.number)
 
     def _came_farthest(self, tried: list[tuple[Iteration, Draft]]) -> tuple[Iteration, Draft]:
-        """Return the iteration that comes farthest when the best are measured again, by seeds none was chosen by."""
+        """Return the iteration that gets farthest when the best are measured again, with other seeds."""
         best = sorted(tried, key=lambda one: -_progress(one[0]))[:_MEASURED_AGAIN]
         if len(best) == 1 or self.parts.measure_again is None:
             return best[0]
@@ -147,19 +147,19 @@ class DesignLoop:
 
 @dataclass
 class _Round:
-    """The state of a design in a round."""
+    """State of a design during a round."""
 
     draft: Draft
     brief: Brief
     iterations_left: int
     requested: Change = field(default_factory=Change)
-    """What the next iteration has to change."""
+    """Change requested from the next iteration."""
     changes: list[Change] = field(default_factory=list)
-    """What each iteration found wrong, before the Judge passed the design."""
+    """Changes requested by the iterations, before the Judge passed the design."""
     trial_changes: list[Change] = field(default_factory=list)
-    """What each trial on the task found wrong, after the Judge passed the design."""
+    """Changes requested by the trials on the task, after the Judge passed the design."""
     measured: list[Iteration] = field(default_factory=list)
-    """Iterations that the Judge did not pass, and of which it measured how far they come."""
+    """Iterations that the Judge did not pass but whose progress it measured."""
     fell_short: list[tuple[Iteration, Draft]] = field(default_factory=list)
     """Iterations that the Judge passed and whose trial fell short; one of them is kept if nothing better follows."""
 

@@ -1,4 +1,4 @@
-"""The parts that the loop calls. The loop has no switches: an ablation is another part, not a branch."""
+"""The parts that the loop calls. The loop has no switches: an ablation replaces a part instead of adding a branch."""
 
 from __future__ import annotations
 
@@ -18,30 +18,30 @@ if TYPE_CHECKING:
 
 
 Mount = Literal["auto", "fixed", "free"]
-"""How a robot alone is held while it is validated."""
+"""How a robot alone is mounted while it is validated."""
 
 TeamFor = Callable[[Path], Team]
-"""Returns the team for one folder, in which its calls are recorded."""
+"""Returns the team for one folder, in which the team's calls are recorded."""
 
 Picture = Callable[[str], bytes]
-"""Draws MJCF as a PNG; may raise MjcfError or IsolationError."""
+"""Renders MJCF as a PNG; may raise MjcfError or IsolationError."""
 
 Stalled = Callable[[Sequence[Change]], bool]
-"""Whether to stop early, by what each iteration of the round found wrong."""
+"""Returns whether to stop early, given the changes that each iteration of the round requested."""
 
 Halt = Callable[[], bool]
-"""Whether work should stop as soon as possible."""
+"""Returns whether work should stop as soon as possible."""
 
 
 TryOnTask = Callable[[Robot, Scene], TaskReport]
-"""Tries a stable scene on its task, and reports how far it got."""
+"""Tries a stable scene on its task and reports how far it got."""
 
 
 class Repair(Protocol):
     """Fixes unambiguous mistakes in the MJCF of a robot."""
 
     def __call__(self, mjcf: str, *, kept_names: Collection[str] = ()) -> FixResult:
-        """Return the fixed text and what was fixed; `kept_names` are referred to from outside the text."""
+        """Return the fixed text and the list of fixes; names in `kept_names` are used outside the text and are kept."""
         ...
 
 
@@ -51,7 +51,7 @@ class Validate(Protocol):
     def __call__(
         self, mjcf: str, *, mount: Mount = "auto", needs_contact: bool = False, environment: str = ""
     ) -> ValidationReport:
-        """Return the report; a robot alone is tested with the options of `environment`, MJCF."""
+        """Return the report; a robot alone is tested with the simulation options of `environment`, MJCF."""
         ...
 
 
@@ -68,33 +68,33 @@ class Assemble(Protocol):
 
 
 class Person(Protocol):
-    """Decides about a scene that the Judge passed."""
+    """Decides on a scene that the Judge passed."""
 
     def __call__(self, iteration: IterationFolder, log: EventLog, halt: Halt) -> Decision:
-        """Return the decision, however long that takes."""
+        """Return the decision; this may take arbitrarily long."""
         ...
 
 
 @dataclass(frozen=True)
 class Parts:
-    """Everything the loop calls that is not a file."""
+    """Everything that the loop calls, except files."""
 
     team_for: TeamFor
     repair: Repair
-    """Between the Coder and the validator."""
+    """Applied to the Coder's robot before validation."""
     validate: Validate
     assemble: Assemble
     picture: Picture
-    """Draws a model in its initial state."""
+    """Renders a model in its initial state."""
     filmstrip: Picture
-    """Draws a few moments of a model while its actuators move."""
+    """Renders a few moments of a model while its actuators move."""
     person: Person
     stalled: Stalled = never_stop
     try_on_task: TryOnTask | None = None
     measure_again: TryOnTask | None = None
-    """Tries a scene by seeds and variations of its own: decides which of those that fell short is kept."""
+    """Tries a scene with separate seeds and variations, to decide which of the scenes that fell short is kept."""
     task_rounds: int = 0
-    """How often a design may be sent back after a trial on its task."""
+    """Maximum number of times that a design is sent back after a trial on its task."""
     interrupt: Callable[[], None] = lambda: None
-    """Makes calls that wait, for a person's reply or for each other, give up; called when work is asked to stop, and
-    when it is over."""
+    """Makes calls fail that wait for a person's reply or for each other; called when work is requested to stop, and
+    when it is finished."""

@@ -1,4 +1,4 @@
-"""Routing: which role has to change what, by the faults of a scene and the issues of the Judge."""
+"""Routing: which role has to change what, given the faults of a scene and the issues of the Judge."""
 
 from __future__ import annotations
 
@@ -11,38 +11,38 @@ from aidsr.core.roles import Feedback
 _ROBOT = "robot/"
 
 _MOST_PROBLEMS = 3
-"""Problems given in full when a design is given up; its files have all of them. Our choice."""
+"""Number of problems reported in full when a design is given up; its files contain all of them. Our choice."""
 
 
 @dataclass(frozen=True)
 class Change:
-    """What an iteration has to change. Without any change, it only makes what is missing."""
+    """Change requested from an iteration. An empty one only creates what is missing."""
 
     concept: str = ""
-    """What the Designer is asked to change; the robot and the placement are then redone."""
+    """Request to the Designer; the robot and the placement are redone afterwards."""
     robot: Feedback | None = None
-    """What the Coder is asked to repair."""
+    """Feedback that the Coder has to act on."""
     placement: Feedback | None = None
-    """What the Scene Integrator is asked to adjust."""
+    """Feedback that the Scene Integrator has to act on."""
     details: str = ""
-    """Figures of a trial on the task, and of earlier ones; told to whoever is asked."""
+    """Figures of the trial on the task, and of earlier trials, for every role that is asked."""
     after_trial: bool = False
-    """Whether a scene that the Judge passed fell short when it was tried on its task."""
+    """Whether the scene passed the Judge but fell short in the trial on its task."""
 
     @property
     def to_designer(self) -> str:
-        """What the Designer is asked, with the figures."""
+        """Request to the Designer, with the figures of the trials."""
         return "\n\n".join(text for text in (self.concept, self.details) if text)
 
     def with_details(self, feedback: Feedback | None) -> Feedback | None:
-        """Return what a role gets, with the figures of the trial after its summary."""
+        """Return the feedback to a role, with the figures of the trials after its summary."""
         if not (self.details and isinstance(feedback, Critique)):
             return feedback
         return feedback.model_copy(update={"summary": f"{feedback.summary}\n\n{self.details}\n"})
 
     @property
     def reason(self) -> str:
-        """The worst problems in a few sentences, for a person; the rest is counted."""
+        """The first problems in a few sentences, for a person, and the number of the others."""
         for feedback in (self.robot, self.placement):
             if isinstance(feedback, ValidationReport):
                 return _first([f"{fault.code}: {fault.message.rstrip('.')}." for fault in feedback.errors])
@@ -52,14 +52,14 @@ class Change:
 
 
 def after_scene_faults(report: ValidationReport, requested: Change) -> Change:
-    """Return which role repairs an unstable scene whose robot is stable alone.
+    """Return the change for an unstable scene whose robot is stable alone.
 
-    The Scene Integrator, when a fault is one of placing; the Coder otherwise, and also when the Scene Integrator was
-    just asked about the same faults and they are still there.
+    It goes to the Scene Integrator if a fault concerns the placement; otherwise to the Coder, and also if the Scene
+    Integrator was just asked to fix the same faults and they are still there.
 
     Args:
-        report: The scene's report.
-        requested: What the iteration that made the scene had to change.
+        report: Validation report of the scene.
+        requested: Change requested from the iteration that made the scene.
     """
     of_placement = any(_is_of_placement(fault) for fault in report.errors)
     before = requested.placement
@@ -68,18 +68,18 @@ def after_scene_faults(report: ValidationReport, requested: Change) -> Change:
 
 
 def after_critique(critique: Critique) -> Change:
-    """Return which roles act on a failing critique: each on the issues blamed on it, the Designer on all."""
+    """Return the change for a failing critique: each role gets the issues blamed on it, the Designer gets all."""
     if any(issue.blame == "designer" for issue in critique.issues):
         return Change(concept="\n".join(_issues(critique)))
     return Change(robot=_blamed(critique, "coder"), placement=_blamed(critique, "integrator"))
 
 
 def after_trial(report: TaskReport, earlier: Sequence[str] = ()) -> Change:
-    """Return which roles act on a trial; the Designer, who has no other report of it, also gets its summary.
+    """Return the change after a trial; the Designer, who has no other report of it, also gets its summary.
 
     Args:
-        report: Of the trial.
-        earlier: What earlier bodies and placements came to, a line for each.
+        report: Report of the trial.
+        earlier: Results of earlier robots and placements, one line each.
     """
     change = after_critique(report.critique)
     concept = f"{report.critique.summary}\n{change.concept}" if change.concept else ""
@@ -89,7 +89,7 @@ def after_trial(report: TaskReport, earlier: Sequence[str] = ()) -> Change:
 
 
 def _is_of_placement(fault: Fault) -> bool:
-    """Whether the fault names something of the environment, or is one that its rule blames on the placement."""
+    """Whether the fault names something in the environment, or its rule blames the placement."""
     from aidsr.validation.registry import find_rule  # loads MuJoCo
 
     rule = find_rule(fault.code)
@@ -114,7 +114,7 @@ def _issues(critique: Critique) -> list[str]:
 
 
 def _first(problems: list[str]) -> str:
-    """Return the first problems in full, and how many more there are."""
+    """Return the first problems in full, and the number of the others."""
     more = len(problems) - _MOST_PROBLEMS
     told = " ".join(f"{problem.rstrip('.')}." for problem in problems[:_MOST_PROBLEMS])
     return told + (f" And {more} more." if more > 0 else "")

@@ -1,4 +1,4 @@
-"""`design` and `resume`: from a request to a run folder, and from a run folder to the parts that the loop calls."""
+"""`design` and `resume`: create a run folder from a request, and the parts of the loop from a run folder."""
 
 from __future__ import annotations
 
@@ -57,20 +57,20 @@ def design(
 
     Args:
         objective: What the robot should do, in plain words; requires `environment`.
-        task: Name of a benchmark task instead; it brings objective and environment.
+        task: Name of a benchmark task instead; it defines objective and environment.
         level: Level of the task.
         environment: The environment without a robot: a path, or the MJCF itself.
         robot: A robot to start from: a path, or the MJCF itself.
-        goal: File that says how success is measured in that environment (docs/goals.md); kept with the run.
+        goal: File that defines how success is measured in that environment (docs/goals.md); stored with the run.
         model: "builtin" for the rules, a language model's name, for example "openai:gpt-5" (see docs/models.md), or any
             object with a `name` and a method `ask` (see `aidsr.Model`).
-        config: Settings of the run; defaults where not given.
-        runs: Folder in which the run's folder is made.
+        config: Settings of the run; default settings if None.
+        runs: Folder in which the run's folder is created.
         listen: Called with every event as it happens: number of the design (0 for the run), event.
         **settings: Fields of `RunConfig` that replace those of `config`.
 
     Raises:
-        UserError: Something asked for does not exist or does not fit together.
+        UserError: Something requested does not exist or is not compatible.
         ModelError: The language model could not be reached before there were concepts.
     """
     config = (config or RunConfig()).updated(settings)
@@ -92,22 +92,23 @@ def resume(
     model: str | Model | None = None,
     trust: bool = False,
 ) -> Run:
-    """Continue a run that was stopped or killed, and return it. No answered call is asked again.
+    """Continue a run that was stopped or killed, and return it. Answered model calls are not repeated.
 
         run = aidsr.resume("runs/2026-01-31_1002_button_pushing_7f3a")
 
     Args:
         run: The run, or its folder.
         listen: As for `design`.
-        budget: Replaces the run's budget, what was spent before included; designs that ran out of budget continue.
-        model: Required for a run that was designed by an object: that object, or another of the same name.
-        trust: Whether a run that was not made here may send its prompts, and a key, where its run.json says; see
-            docs/safety.md.
+        budget: New budget of the run, which includes what was already spent; designs that ran out of budget continue.
+        model: Model object, required for a run that was designed by one: the same object, or another with the same
+            name.
+        trust: Whether a run that was not made on this machine may send its prompts, and a key, to the address in its
+            run.json; see docs/safety.md.
 
     Raises:
-        ForeignFolderError: The run was not made here, its model is asked elsewhere, and `trust` is false.
-        UserError: The folder is not a run, another process is at work on it, the budget cannot be kept, or the model is
-            not the run's.
+        ForeignFolderError: The run was not made on this machine, its prompts leave this process, and `trust` is false.
+        UserError: The folder is not a run, another process works on it, the budget cannot be enforced, or the model is
+            not that of the run.
         ModelError: The language model could not be reached before there were concepts.
     """
     found = run if isinstance(run, Run) else Run(run)
@@ -121,10 +122,10 @@ def resume(
 
 
 def require_run_is_ours(run: Run, *, trust: bool) -> None:
-    """Refuse to resume a run that was not made here and sends something elsewhere, unless its user trusts it.
+    """Refuse to resume a run that was not made on this machine and sends prompts elsewhere, unless its user trusts it.
 
     Raises:
-        ForeignFolderError: It is one, it is not finished, and `trust` is false.
+        ForeignFolderError: It is such a run, it is not finished, and `trust` is false.
         UserError: The folder is not a run.
     """
     if read_status(run).state != "finished":
@@ -132,10 +133,10 @@ def require_run_is_ours(run: Run, *, trust: bool) -> None:
 
 
 def _same_model(run: Run, model: str | Model | None) -> Model | None:
-    """Return the model object to resume a run with; None where its recorded name is enough.
+    """Return the model object with which to resume a run; None if its recorded name is enough.
 
     Raises:
-        UserError: The model is another one than the run's.
+        UserError: The model is not that of the run.
     """
     if model is None:
         return None
@@ -146,15 +147,15 @@ def _same_model(run: Run, model: str | Model | None) -> Model | None:
 
 
 def replace_budget(run: Run, budget: Budget, model: Model | None = None) -> None:
-    """Replace the budget of a run, and reopen its designs that ran out of the last one.
+    """Replace the budget of a run, and reopen the designs that ran out of the previous budget.
 
     Args:
         run: The run.
-        budget: Holds from now on, what was spent before included.
-        model: The object that designs, where the run has one.
+        budget: New budget, which includes what was already spent.
+        model: Model object that designs, if the run was started with one.
 
     Raises:
-        UserError: Money is limited and the model's price is not known, or a process is at work on the run.
+        UserError: Cost is limited and the model's price is unknown, or a process works on the run.
     """
     require_object(run, model)
     check_model(run.asked().config, budget, model)
@@ -176,11 +177,11 @@ def make_brief(
     """Return the brief of a run; the arguments are those of `design`.
 
     Raises:
-        UserError: Something asked for does not exist or does not fit together.
+        UserError: Something requested does not exist or is not compatible.
     """
     from aidsr.sandbox.pool import warm_up
 
-    warm_up(2, _NEEDED_BY_WORKERS)  # they start while the rest is imported
+    warm_up(2, _NEEDED_BY_WORKERS)  # the workers start while the rest is imported
     from aidsr.sim.environment_summary import summarize_environment
     from aidsr.tasks import goal_task, load_task, read_goal
 
@@ -219,19 +220,19 @@ def create_run(
     goal: str | Path = "",
     model: Model | None = None,
 ) -> Run:
-    """Make the folder of a new run; `run_designs` then works on it.
+    """Create the folder of a new run; `run_designs` then works on it.
 
     Args:
-        brief: What is to be designed.
+        brief: Brief of the designs.
         config: Settings of the run.
-        level: Level of the task; empty without one.
-        runs: Folder in which the run's folder is made.
-        goal: File of a goal, kept with the run.
-        model: The object that designs; None where its name in `config` is enough to connect to it.
+        level: Level of the task; empty without a task.
+        runs: Folder in which the run's folder is created.
+        goal: File of a goal, stored with the run.
+        model: Model object that designs; None if its name in `config` is enough to connect to it.
 
     Raises:
-        UserError: The model's name is not understood or lacks its key, there is no task to give feedback, or the
-            folder cannot be made.
+        UserError: The model's name is not understood or lacks its key, there is no task to give feedback, or the folder
+            cannot be created.
     """
     check_model(config, config.budget, model)
     check_trial(config, measured=bool(brief.task or goal))
@@ -249,10 +250,10 @@ def create_run(
 
 
 def check_memory(config: RunConfig) -> None:
-    """Refuse a memory that is not there.
+    """Refuse a memory file that does not exist.
 
     Raises:
-        UserError: There is none.
+        UserError: The file does not exist.
     """
     if config.memory and not Path(config.memory).is_file():
         path = config.memory
@@ -260,10 +261,10 @@ def check_memory(config: RunConfig) -> None:
 
 
 def _lessons(config: RunConfig, brief: Brief) -> tuple[str, ...]:
-    """Return what the run's memory tells its designer; a replay is told what the recorded run was.
+    """Return the lessons of the run's memory for its designer; a replay gets those of the recorded run.
 
     Raises:
-        UserError: There is no such memory, or it is none.
+        UserError: The memory does not exist, or the file is not a memory.
     """
     if isinstance(recorded := _replayed(config), ReplayedModel):
         return recorded.run.brief().lessons
@@ -275,16 +276,16 @@ def _lessons(config: RunConfig, brief: Brief) -> tuple[str, ...]:
 
 
 def _replayed(config: RunConfig) -> Model | None:
-    """Return the recorded run that a run replays; None for another model."""
+    """Return the model that replays a recorded run; None for another model."""
     return connect(config.model) if config.model.startswith(f"{REPLAY.prefix}:") else None
 
 
 def parts_of(run: Run, model: Model | None = None) -> Parts:
-    """Return the parts of the loop for a run, as its run.json asks for them.
+    """Return the parts of the loop for a run, according to its run.json.
 
     Args:
         run: The run.
-        model: The object that designs, where the run has one.
+        model: Model object that designs, if the run was started with one.
 
     Raises:
         UserError: The folder is not a run, its model lacks its key, or it is an object that is not given.
@@ -322,10 +323,10 @@ def _person(config: RunConfig) -> Person:
 
 
 def mjcf_text(source: str | Path, what: str) -> str:
-    """Return the MJCF that `source` is or names.
+    """Return MJCF text that is given directly or as the path of a file.
 
     Raises:
-        TypeError: It is neither text nor a path.
+        TypeError: `source` is neither text nor a path.
         UserError: The file cannot be read.
     """
     from aidsr.mjcf.read import SIZE_LIMITS

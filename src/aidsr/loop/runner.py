@@ -22,19 +22,21 @@ from aidsr.runs.answered_calls import set_calls_aside
 from aidsr.runs.events import Event, Finished, Started, StepDone, Stopped, Tried, Waiting, without_secrets
 
 Listen = Callable[[int, Event], None]
-"""Called with every event, in the thread that called `run_designs`: the design's number, 0 for the run; the event."""
+"""Called with every event, in the thread that called `run_designs`: number of the design (0 for the run), event."""
 
 _LAST_STEPS_S = 5.0
-"""How long an interrupted run waits for its threads [s]; what they do after that is lost, as in a kill. Our choice."""
+"""Time for which an interrupted run waits for its threads [s]; what they do later is lost, as after a kill. Our
+choice."""
 
 
 def run_designs(run: Run, parts: Parts, listen: Listen = lambda _design, _event: None) -> Run:
-    """Do everything of a run that is not done yet; call it again for a run that was stopped or killed.
+    """Do everything in a run that is not done yet; call it again for a run that was stopped or killed.
 
-    A design that stops, because a model cannot be reached or by a bug of ours, is recorded; the others continue.
+    If a design stops because a model cannot be reached, or because of a bug in AID-SR, this is recorded and the other
+    designs continue.
 
     Raises:
-        UserError: Another process works on the run, or a file of it is damaged.
+        UserError: Another process works on the run, or one of its files is damaged.
         AidsrError: There are no concepts, because the Designer could not be asked.
     """
     try:
@@ -50,7 +52,7 @@ class _Runner:
     listen: Listen
     halted: threading.Event = field(default_factory=threading.Event)
     events: queue.SimpleQueue[tuple[int, Event | None]] = field(default_factory=queue.SimpleQueue)
-    """Events of the designs, with their numbers; None when a thread ended."""
+    """Events of the designs, with their numbers; None as the event when a thread has ended."""
 
     def run_all(self) -> Run:
         config = self.run.asked().config
@@ -139,7 +141,7 @@ def _errors_logged(log: EventLog, halted: threading.Event) -> Iterator[None]:
     try:
         yield
     except StorageError as error:
-        with suppress(StorageError):  # the log may stand on the same full disk
+        with suppress(StorageError):  # the log may be on the same full disk
             log.write(Stopped(cause="error", message=str(error)))
         raise
     except (KeyboardInterrupt, HaltedError):

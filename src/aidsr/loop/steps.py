@@ -1,4 +1,4 @@
-"""One step of the method: a value that is computed once and kept in a file."""
+"""One step of the method: a value that is computed once and stored in a file."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ Value = TypeVar("Value")
 
 
 class HaltedError(Exception):
-    """Work was asked to stop; everything finished so far is on disk."""
+    """Work was requested to stop; everything finished so far is on disk."""
 
 
 @dataclass(frozen=True)
 class Steps:
-    """Runs the steps whose files do not exist yet. This is all there is to resuming: it is the code that starts."""
+    """Runs the steps whose files do not exist yet. Resuming needs nothing else: it runs the same code as starting."""
 
     log: EventLog
     halt: Halt
@@ -37,7 +37,7 @@ class Steps:
         """Return the content of the step's file; compute and write it first if it does not exist.
 
         Raises:
-            HaltedError: Work was asked to stop before the step began.
+            HaltedError: Work was requested to stop before the step began.
         """
         value = file.read()
         if value is not None:
@@ -51,7 +51,7 @@ class Steps:
         return value
 
     def draw(self, step: Step, file: BytesFile, picture: Picture, mjcf: str) -> None:
-        """Draw a model once; if it cannot be drawn, log that and continue."""
+        """Render a model once; if this fails, log the reason and continue."""
         try:
             self.run(step, file, lambda: picture(mjcf))
         except (MjcfError, IsolationError) as error:

@@ -1,4 +1,4 @@
-"""Trials of scenes on the task of a run: by open-loop motions, and by a short training if requested."""
+"""Trials of scenes on the task of a run: with open-loop motions, and with a short training if requested."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from aidsr.runs import Run
 
 
 def check_trial(config: RunConfig, *, measured: bool) -> None:
-    """Refuse a configuration whose trials cannot be made.
+    """Refuse a configuration whose trials are impossible.
 
     Args:
-        config: What is asked for.
+        config: Requested settings.
         measured: Whether there is a task or a goal.
 
     Raises:
-        UserError: Nothing measures success, or what training needs is missing.
+        UserError: Nothing measures success, or a package that training needs is missing.
     """
     if config.task_feedback and not measured:
         raise UserError("task_feedback requires a measure of success; name a task, or give a goal (docs/goals.md)")
@@ -41,7 +41,7 @@ def check_trial(config: RunConfig, *, measured: bool) -> None:
 
 
 def trial_of(run: Run) -> TryOnTask:
-    """Return the function that tries scenes on the task of a run, or by its goal."""
+    """Return the function that tries scenes on the task of a run, or on its goal."""
     record = run.asked()
     level, goal = record.level or "standard", None if record.task else run.goal.path
     steps = record.config.task_training
@@ -59,7 +59,7 @@ def trial_of(run: Run) -> TryOnTask:
             evaluation = train_briefly(
                 scene.mjcf, steps=steps, groups=robot.actuator_groups, task=record.task, level=level, goal=goal
             )
-        except IsolationError as error:  # advice, as the probe is; what that found still holds
+        except IsolationError as error:  # only advice, as the probe is; its result is still valid
             return _with_summary(report, f"No policy could be trained: {error}.")
         return with_policy(report, evaluation, steps)
 
@@ -67,7 +67,7 @@ def trial_of(run: Run) -> TryOnTask:
 
 
 def measure_again(run: Run) -> TryOnTask:
-    """Return the function that tries a scene by other seeds and variations than its trial."""
+    """Return the function that tries a scene with other seeds and variations than its trial."""
     from aidsr.tools.trial import SEEDS
 
     return _try(run, first_seed=SEEDS, attribute=False)
@@ -82,15 +82,15 @@ def _try(run: Run, **how: Any) -> TryOnTask:
 
 
 def with_policy(report: TaskReport, evaluation: Evaluation, steps: int) -> TaskReport:
-    """Return a report with what a policy reached; where it wins at all, and validly, no role has to change anything.
+    """Return a report with the result of a policy; if it has valid successes, no role has to change anything.
 
-    What begins to win in so little training mostly does the job with more (benchmarks/trial). A win that a check of
-    plausibility denies would not count at the end either.
+    A robot that begins to succeed with so little training usually does the job with more (benchmarks/trial). A success
+    that fails a plausibility check would not count in the end either.
 
     Args:
-        report: Of a trial that no motion and no script won.
-        evaluation: Of the policy.
-        steps: How long that was trained.
+        report: Report of a trial in which neither a motion nor a script succeeded.
+        evaluation: Evaluation of the policy.
+        steps: Control steps for which the policy was trained.
     """
     episodes = evaluation.episodes
     progress = sum(one.best_progress for one in episodes) / len(episodes)
@@ -111,7 +111,7 @@ def with_policy(report: TaskReport, evaluation: Evaluation, steps: int) -> TaskR
 
 
 def _not_valid(evaluation: Evaluation) -> tuple[CritiqueIssue, ...]:
-    """Return the checks that a winning policy fails, for who writes the body."""
+    """Return the failed checks of a successful policy as issues for the Coder."""
     return tuple(
         CritiqueIssue(
             blame="coder",

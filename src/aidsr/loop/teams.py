@@ -1,4 +1,7 @@
-"""Who plays the four roles of a run: rules, a baseline, or a model that is recorded, capped and within a budget."""
+"""Choice of the team that plays the four roles of a run: rules, a baseline, or a language model.
+
+Calls of a language model are recorded, capped in length and kept within a budget.
+"""
 
 from __future__ import annotations
 
@@ -21,16 +24,16 @@ from aidsr.teams.providers.replay import ReplayedModel
 
 
 def check_model(config: RunConfig, budget: Budget, model: Model | None = None) -> None:
-    """Refuse a model that cannot be asked, before a run is made or resumed.
+    """Refuse a model that cannot be used, before a run is created or resumed.
 
     Args:
         config: Settings of the run.
-        budget: What it may use.
-        model: The object that designs, where `config.model` is only its name.
+        budget: Budget of the run.
+        model: Model object that designs, if `config.model` is only its name.
 
     Raises:
-        UserError: The model's name is unknown or its key is not set, its directory is locked, or its price is not
-            known and money is limited.
+        UserError: The model's name is unknown or its key is not set, its directory is locked, or its price is unknown
+            and cost is limited.
     """
     provider = provider_of(config.model) if model is None else None
     if provider and provider.extra:
@@ -52,16 +55,16 @@ def check_model(config: RunConfig, budget: Budget, model: Model | None = None) -
 
 
 def check_effects(config: RunConfig, model: Model | None = None) -> None:
-    """Refuse settings that would have no effect, where somebody asks for a run.
+    """Refuse settings that would have no effect, when a person requests a run.
 
-    Evolutions and studies set some for all of their runs, whoever designs.
+    Evolutions and studies set some settings for all of their runs, whatever model designs, and are not checked.
 
     Args:
         config: Settings of the run.
-        model: The object that designs, where `config.model` is only its name.
+        model: Model object that designs, if `config.model` is only its name.
 
     Raises:
-        UserError: One would have none.
+        UserError: A setting would have no effect.
     """
     changed = {name for name, field in RunConfig.model_fields.items() if getattr(config, name) != field.default}
     for name in ("tool_calls", "tool_minutes", "text_tools"):
@@ -74,10 +77,10 @@ def check_effects(config: RunConfig, model: Model | None = None) -> None:
 
 
 def model_name(model: Model) -> str:
-    """Return the name of an object that is to play the roles.
+    """Return the name of an object that will play the roles.
 
     Raises:
-        UserError: It has no name or no method `ask`, or its name is one of the built-in teams.
+        UserError: The object has no name or no method `ask`, or its name is that of a built-in team.
     """
     name = getattr(model, "name", None)
     if not (isinstance(name, str) and name and callable(getattr(model, "ask", None))):
@@ -90,10 +93,10 @@ def model_name(model: Model) -> str:
 
 
 def require_object(run: Run, model: Model | None) -> None:
-    """Refuse to resume a run that was designed by a model object when no object is given.
+    """Refuse to resume a run that was designed by a model object if no object is given.
 
     Raises:
-        UserError: It was, and there is none.
+        UserError: A model object is required and missing.
     """
     record = run.asked()
     if record.model_object and model is None:
@@ -104,15 +107,15 @@ def require_object(run: Run, model: Model | None) -> None:
 
 
 def team_of(run: Run, model: Model | None = None) -> tuple[TeamFor, Callable[[], None]]:
-    """Return a factory of the run's teams, and a function that interrupts calls that wait.
+    """Return a factory of the run's teams, and a function that interrupts waiting calls.
 
     Args:
         run: The run.
-        model: The object that designs, where the run has one.
+        model: Model object that designs, if the run was started with one.
 
     Raises:
-        UserError: The model lacks its key or is an object that is not given, or money is limited and its price is not
-            known.
+        UserError: The model lacks its key or is an object that is not given, or cost is limited and its price is
+            unknown.
     """
     config = run.asked().config
     require_object(run, model)
@@ -157,17 +160,17 @@ def team_of(run: Run, model: Model | None = None) -> tuple[TeamFor, Callable[[],
 
 
 def price_of(name: str) -> Price:
-    """Return the price function of a model."""
+    """Return the price function of a model, from tokens to USD."""
     return partial(price_usd, name)
 
 
 def _unknown_price(_input_tokens: int, _output_tokens: int) -> float | None:
-    """Return None: the price of this model is not known."""
+    """Return None: the price of a model object is unknown."""
     return None
 
 
 class _Capped:
-    """A model asked for at most so many tokens of output."""
+    """A model with a limit on output tokens."""
 
     def __init__(self, model: Model, max_output_tokens: int) -> None:
         self.name = model.name
@@ -176,9 +179,9 @@ class _Capped:
 
     @property
     def calls_tools(self) -> bool:
-        """Whether the model takes tools."""
+        """Whether the model supports tools."""
         return calls_tools(self._model)
 
     def ask(self, question: Question) -> CallRecord:
-        """Ask with the cap in the question."""
+        """Ask the model, with the limit in the question."""
         return self._model.ask(question.model_copy(update={"max_output_tokens": self._max_output_tokens}))

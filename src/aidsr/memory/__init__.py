@@ -1,7 +1,7 @@
-"""What earlier runs measured, kept as lessons and told to the next: off unless a run names a memory.
+"""Memory: measurements of earlier runs, stored as lessons for the designers of later runs. Off unless a run names one.
 
-Lessons come out of runs by `aidsr.memory.collecting`, which loads what reads every kind of run; a run that is told
-lessons does without.
+`aidsr.memory.collecting` extracts lessons from runs. It imports the readers of every kind of run and is therefore not
+imported here: a run that only uses lessons does not need it.
 """
 
 from aidsr.memory.lesson import Lesson

@@ -1,4 +1,4 @@
-"""Lessons from the folder of a run: one for each scene that was tried on its task, or measured by its designer."""
+"""Extraction of lessons from a run: one for each scene that was tried on its task or measured by its designer."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from aidsr.runs.status import newest
 
 
 def lessons_of(run: Run) -> tuple[Lesson, ...]:
-    """Return what a run measured: by `task_feedback`, or by the measuring team; nothing where it had neither.
+    """Return the lessons of a run with `task_feedback` or of the measuring team; empty if it used neither.
 
     Raises:
-        UserError: The folder is not a run, or a file of it is damaged.
+        UserError: The folder is not a run, or one of its files is damaged.
     """
     asked, brief = run.asked(), run.brief()
     return tuple(lesson for design in run.designs for lesson in _of_design(run, design, asked, brief))

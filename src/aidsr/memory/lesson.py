@@ -1,4 +1,4 @@
-"""A lesson: one body on one job, how far it came when it was measured, and where the evidence is."""
+"""A lesson: the measured progress of one robot on one job, with a reference to the evidence."""
 
 from __future__ import annotations
 
@@ -10,15 +10,17 @@ from aidsr.core.artifacts import Artifact, Base
 from aidsr.core.formatting import excerpt
 
 _JOB, _BODY, _FOUND, _HOW = 160, 320, 400, 160
-"""Characters of the words on a job, a body and a trial it repeats; ours: eight lessons take up to 3,000 tokens."""
+"""Maximum characters of a lesson's text: on the job, on the robot, on the result of the trial, and on how its designer
+measured it. Our choice: eight lessons take up to 3,000 tokens."""
 
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
 class Lesson(Artifact):
-    """One measured attempt at a job. Nothing in it is an opinion but the author's words on the body.
+    """One measured attempt at a job.
 
-    Only trials on development variations are in it, never held-out ones: those score a design.
+    Everything in it is measured or recorded, except the author's description of the robot. The measurements come from
+    development variations only: held-out variations are reserved for scoring designs.
     """
 
     objective: str
@@ -32,35 +34,39 @@ class Lesson(Artifact):
     actuation: str
     actuators: int
     groups: int
-    """Actions of a policy: groups of actuators, and actuators that act alone."""
+    """Number of actions of a policy: groups of actuators plus actuators that act alone."""
     changed: tuple[str, ...] = ()
-    """What was different from the attempt before, where there was one."""
+    """Differences from the previous attempt; empty if there was none."""
     progress_before: Share | None = None
-    """Of that attempt."""
+    """Progress of the previous attempt; None if there was none."""
     progress: Share
-    """Mean over the searches of the trial, or over the variations and seeds of the measurement."""
+    """Mean over the searches of the trial, or over the variations and seeds of the designer's measurement."""
     least: Share
+    """Smallest progress of the searches; for a designer's measurement, the mean."""
     most: Share
-    """Least and greatest progress of its searches; of a measurement the mean, too."""
+    """Largest progress of the searches; for a designer's measurement, the mean."""
     searches: Annotated[int, Field(ge=1)]
+    """Number of searches of the trial; for a designer's measurement, of its episodes."""
     how: str = ""
-    """How its designer measured it, with what came of it; "" for a trial."""
+    """How the designer measured the scene, and the result; "" for a trial."""
     solved: bool
-    """Whether the trial got through the decisive stage of the job: in most searches, or by a script."""
+    """Whether the decisive stage of the job was reached in most searches or by a script; for a designer's measurement,
+    whether at least half of its episodes succeeded."""
     found: str
-    """What was seen, in words of the trial."""
+    """Result in words: the summary of the trial, or what else the designer reported of the scene."""
     policy_success: Share | None = None
-    """Share of development episodes that a policy won after a short training, where one was trained."""
+    """Share of development episodes in which a policy succeeded after a short training; None if none was trained."""
     model: str
-    """Who designed."""
+    """Provider of the model that designed the robot, or the model's name if it names no provider."""
     evidence: str
-    """Run and iteration, as RUN/designs/1/02."""
+    """Run and iteration, for example RUN/designs/1/02."""
     scene_sha256: str
+    """SHA-256 of the scene's MJCF text."""
     commit: str = ""
-    """Of the source that collected it."""
+    """Commit of the source code that collected the lesson."""
 
     def _measured(self) -> str:
-        """Return how far it came, by which motions, and whether that was enough."""
+        """Return the progress, how it was measured, and for a trial whether the decisive stage was reached."""
         if self.how:
             return f"progress {self.progress:.2f} ({excerpt(_line(self.how), _HOW)})"
         searches = f"{self.least:.2f} to {self.most:.2f} in {_count(self.searches, 'search', 'searches')}"
@@ -68,21 +74,21 @@ class Lesson(Artifact):
 
     @property
     def job(self) -> str:
-        """The objective, as far as a lesson repeats it."""
+        """The objective, cut to the length that a lesson repeats."""
         return excerpt(_line(self.objective), _JOB)
 
     @property
     def worth(self) -> float:
-        """By which lessons on one job are put in order: progress, and the share that a policy won on top."""
+        """Rank of lessons on one job, 0 to 2: progress plus the success share of a policy."""
         return self.progress + (self.policy_success or 0.0)
 
     @property
     def step(self) -> float:
-        """By how much a change raised the progress; 0 without an attempt before."""
+        """Gain in progress since the previous attempt; 0 if there was none."""
         return 0.0 if self.progress_before is None else self.progress - self.progress_before
 
     def text(self) -> str:
-        """Return the lesson as a paragraph: what the body was, what was measured, and the evidence."""
+        """Return the lesson as a paragraph: the robot, the measurements and the evidence."""
         parts = [
             f"{self.name} ({self.family}, {_count(self.actuators, 'actuator')} in {_count(self.groups, 'group')}): "
             f"{excerpt(_line(f'{self.morphology} {self.actuation}'), _BODY)}",
@@ -97,7 +103,7 @@ class Lesson(Artifact):
 
 
 def _line(text: str) -> str:
-    """Return a text without line breaks, so that it stays one item of a list."""
+    """Return a text on one line, so that it stays one item of a list."""
     return " ".join(text.split())
 
 

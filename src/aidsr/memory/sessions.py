@@ -1,4 +1,4 @@
-"""Lessons from a session of the measuring team: one for each scene that was played or probed on its job."""
+"""Lessons from a session of the measuring team: one for each scene on which a script was played or a probe was run."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from aidsr.teams.measuring.records import WORK_FOLDER, ToolRecord, recorded_call
 from aidsr.tools import Workspace
 
 _MOST_MEASURED = 2
-"""Of the other measurements of a scene that a lesson repeats, the newest."""
+"""Maximum number of other measurements of a scene that a lesson repeats; the newest are chosen."""
 
 
 def lessons_of_session(iteration: IterationFolder, evidence: str, asked: RunRecord, brief: Brief) -> Iterator[Lesson]:
-    """Yield what a session measured; nothing where the iteration is not one of the measuring team.
+    """Yield the lessons of a session; none if the iteration is not one of the measuring team.
 
     Args:
-        iteration: Holds the session.
-        evidence: Of the iteration, RUN/designs/1/01; the scene's name is added.
-        asked: What the run was asked for.
-        brief: Its job.
+        iteration: Iteration that holds the session.
+        evidence: Reference to the iteration, for example RUN/designs/1/01; the scene's name is appended.
+        asked: Record of the run.
+        brief: Job of the run.
 
     Raises:
         UserError: A file of the session is damaged.
@@ -85,7 +85,7 @@ class _Session:
 
     @cached_property
     def scenes(self) -> dict[str, str]:
-        """The robot of each scene that is stable."""
+        """Robot of each stable scene, by the scene's name."""
         made = {one.made: str(one.values["robot"]) for one in self.done if one.name == "assemble" and one.made}
         return {scene: robot for scene, robot in made.items() if self.work.record(scene).stable}
 
@@ -95,12 +95,12 @@ class _Session:
 
     @cached_property
     def ideas(self) -> dict[str, str]:
-        """What was said of each family when it was proposed, by its name in lower case."""
+        """Idea given for each family when it was proposed, by the family's name in lower case."""
         proposed = [family for one in self.done if one.name == "propose" for family in one.values["families"]]
         return {str(family["name"]).strip().lower(): str(family.get("idea", "")) for family in proposed}
 
     def best(self, scene: str) -> ToolRecord | None:
-        """Return the motion by which a scene came farthest: over several variations or seeds, where there is one."""
+        """Return the `play` or `probe` call with the most progress, if possible over several variations or seeds."""
         far = [one for one in self.about(scene) if one.name in ("play", "probe") and one.progress is not None]
         wide = [one for one in far if one.name == "probe" or one.figures.get("episodes", 1.0) > 1.0]
         return max(wide or far, key=lambda one: one.progress or 0.0, default=None)
@@ -112,7 +112,7 @@ class _Session:
         return [one for one in self.done if one.subject == scene]
 
     def found(self, scene: str) -> str:
-        """Return why a scene was kept, in the model's words, and what else was measured of it and of its robot."""
+        """Return the model's reason for keeping a scene, and other measurements of the scene and its robot."""
         kept = self.last(scene, "keep")
         told = [str(kept.values.get("why", ""))] if kept else []
         bodies = (scene, self.scenes[scene])
@@ -120,7 +120,7 @@ class _Session:
         return "; ".join([*told, *(f"{one.values.get('what')}: {one.headline}" for one in measured[-_MOST_MEASURED:])])
 
     def edited_from(self, robot: str) -> str:
-        """Return the robot from which one was made by an edit, "" for one that was written whole."""
+        """Return the robot that a robot was edited from, "" if it was written from scratch."""
         edit = next((one for one in self.done if one.name == "edit" and one.made == robot), None)
         return str(edit.values["robot"]) if edit else ""
 

@@ -1,4 +1,4 @@
-"""A memory: a file of lessons, and which of them to tell for a job."""
+"""A memory: a file of lessons, and the selection of lessons for a job."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from aidsr.memory.lesson import Lesson
 from aidsr.runs.files import replace_file
 
 TOLD = 8
-"""Lessons that are told for a job. Our choice: below 3,000 tokens."""
+"""Number of lessons given to a designer. Our choice: below 3,000 tokens."""
 _MAX_BYTES = 32_000_000
-"""Of a file of lessons: tens of thousands."""
+"""Maximum size of a memory file [bytes]: tens of thousands of lessons."""
 _LARGE_STEP = 0.15
-"""Progress by which a change is instructive. Our choice: above the spread of a trial over seeds."""
+"""Change in progress above which a change is instructive. Our choice: above the spread of a trial over seeds."""
 
 
 @dataclass(frozen=True)
 class Memory:
-    """Lessons in a file, one JSON object a line."""
+    """A file of lessons, one JSON object per line."""
 
     path: Path
 
     def lessons(self) -> tuple[Lesson, ...]:
-        """Return all lessons; none while there is no file.
+        """Return all lessons; none if the file does not exist.
 
         Raises:
-            UserError: The file cannot be read, or holds something else.
+            UserError: The file cannot be read, or is not a memory file.
         """
         try:
             text = read_text_file(self.path, max_bytes=_MAX_BYTES)
@@ -57,7 +57,7 @@ class Memory:
             ) from None
 
     def add(self, lessons: Iterable[Lesson]) -> int:
-        """Keep lessons, and return how many of them are new: the same evidence is kept once, as it was last collected.
+        """Store lessons and return how many are new; a lesson replaces an earlier one with the same evidence.
 
         Raises:
             UserError: The file cannot be read or written.
@@ -72,15 +72,15 @@ class Memory:
     def recall(
         self, objective: str, base: Base = "any", count: int = TOLD, *, without: Collection[str] = ()
     ) -> tuple[Lesson, ...]:
-        """Return the lessons to tell for a job: of the likest jobs first, of each the best and the most instructive.
+        """Return the lessons to give to a designer: the most similar jobs first, of each the best and most instructive.
 
-        Jobs are alike by the words of their objectives (cosine of TF-IDF weights) and by how the robot is held. Of
-        bodies of one family with as many actuators the one that came farthest is told.
+        The similarity of jobs is the cosine similarity of the TF-IDF weights of their objectives, plus 0.1 if the base
+        of the robot is the same. Of robots of one family with the same number of actuators, the best one is chosen.
 
         Args:
-            objective: The job.
-            base: How its robot is held.
-            count: The most to return.
+            objective: Objective of the job.
+            base: How the robot is held in this job.
+            count: Maximum number of lessons.
             without: Names of tasks whose lessons are left out.
         """
         jobs: dict[tuple[str, str], list[Lesson]] = {}
@@ -97,7 +97,7 @@ class Memory:
     def tell(
         self, objective: str, base: Base = "any", count: int = TOLD, *, without: Collection[str] = ()
     ) -> tuple[str, ...]:
-        """Return the lessons to tell for a job as text; those on another job begin with that job."""
+        """Return the lessons of `recall` as text; a lesson on another job begins with that job."""
         recalled = self.recall(objective, base, count, without=without)
         return tuple(
             lesson.text() if lesson.objective == objective else f"Job: {lesson.job} {lesson.text()}"
@@ -108,7 +108,7 @@ class Memory:
 def elites(lessons: Iterable[Lesson]) -> tuple[Lesson, ...]:
     """Return the best lesson of each family and number of actuators, the best first.
 
-    Source: MAP-Elites (Mouret and Clune 2015), with these two as the behaviour.
+    Source: MAP-Elites (Mouret and Clune 2015), with these two as behaviour descriptors.
     """
     found: dict[tuple[str, int], Lesson] = {}
     for lesson in lessons:
@@ -119,7 +119,7 @@ def elites(lessons: Iterable[Lesson]) -> tuple[Lesson, ...]:
 
 
 def _telling(lessons: Sequence[Lesson], count: int) -> list[Lesson]:
-    """Return the best lessons on a job, and as many that warn: large steps, then families that came least far."""
+    """Return the best lessons on a job, and as many instructive ones: large changes, then the worst families."""
     best = elites(lessons)
     told = list(best[: (count + 1) // 2])
     steps = sorted((each for each in lessons if abs(each.step) >= _LARGE_STEP), key=lambda each: -abs(each.step))
@@ -134,9 +134,9 @@ def _telling(lessons: Sequence[Lesson], count: int) -> list[Lesson]:
 
 
 def _likeness(text: str, others: Sequence[str]) -> list[float]:
-    """Return how alike a text is to each of others, 0 to 1.
+    """Return the similarity of a text to each of the others, 0 to 1.
 
-    Source: cosine of TF-IDF weights (Salton and Buckley 1988), with inverse document frequencies over all of them.
+    Source: cosine of TF-IDF weights (Salton and Buckley 1988), with inverse document frequencies over all these texts.
     """
     counts = [Counter(re.findall(r"[a-z]{3,}", each.casefold())) for each in (text, *others)]
     frequency = Counter(word for each in counts for word in each)

@@ -1,1 +1,1 @@
-"""MJCF text, from untrusted input to a checked document and a compiled model; repairs, patches and condensed forms."""
+"""MJCF text: parsing and checking of untrusted input, compilation, editing, import of files, and condensed forms."""

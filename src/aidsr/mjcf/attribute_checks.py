@@ -1,4 +1,4 @@
-"""Attributes that do not suit their element, also from a default class, and numbers that are not finite."""
+"""Checks of attribute values: `fromto` that does not fit its element, also from a default class, and bad numbers."""
 
 from __future__ import annotations
 
@@ -11,17 +11,18 @@ from aidsr.mjcf.elements import Element, attributes, elements, load_fault, numbe
 from aidsr.mjcf.names import REFERENCES
 
 _STRETCHED = frozenset({"capsule", "cylinder", "box", "ellipsoid"})
-"""Shapes that `fromto` can span. Source: MuJoCo XML reference, body/geom/fromto."""
+"""Geom and site types that can be given by `fromto`. Source: MuJoCo XML reference, body/geom/fromto."""
 LARGEST = 1e15
-"""Largest magnitude of a number. Our choice: stiffness of steel in SI units is 1e11, and products of a few such numbers
-stay finite."""
+"""Largest allowed magnitude of a number. Our choice: the stiffness of steel in SI units is 1e11, and products of a few
+such numbers stay finite."""
 _TEXT = frozenset({"name", "prefix", "sep", "model", "data", "objname", "refname", *REFERENCES})
+"""Attributes that hold text, not numbers."""
 
 
 def check_fromto(root: Element) -> Iterator[Fault]:
-    """Yield a fault for each geom or site whose `fromto` does not fit its type or meets a `pos`.
+    """Yield a fault for each geom or site with a `fromto` that does not fit its type, or with both `fromto` and `pos`.
 
-    MuJoCo treats a `pos` of zeros as absent, so `fromto` holds.
+    MuJoCo treats a `pos` of zeros as absent and uses `fromto`, so this is no fault.
     """
     classes = default_classes(root)
     for element in elements(root, "geom", "site"):
@@ -47,7 +48,7 @@ def check_fromto(root: Element) -> Iterator[Fault]:
 
 
 def check_finite(root: Element) -> Iterator[Fault]:
-    """Yield a fault for each NaN, for each infinity that is not the open end of a range, and for enormous numbers."""
+    """Yield a fault for each NaN, infinity that is not the open end of a range, and number larger than `LARGEST`."""
     for element in elements(root):
         for attribute, value in attributes(element):
             if attribute in _TEXT:

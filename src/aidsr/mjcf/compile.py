@@ -1,7 +1,7 @@
-"""Untrusted MJCF text in, compiled model out, or every fault at once.
+"""Compile untrusted MJCF text to a model, or report all of its faults at once.
 
-Compiling runs native code on untrusted numbers: call this in a function decorated with `aidsr.sandbox.isolated`, unless
-the text is our own.
+Compilation runs native code on untrusted numbers: call it in a function decorated with `aidsr.sandbox.isolated`, unless
+the text comes from this package.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ from aidsr.mjcf.elements import elements, load_fault
 from aidsr.mjcf.read import Document, check_document, check_safety, parse_document
 
 MOST_CONTACTS = 2_000
-"""In the drawn pose. Our choice: ten times those of a bin full of objects; solving 20,000 takes minutes, or fails."""
+"""Largest number of contacts in the reference pose. Our choice: ten times the number in a bin full of objects; solving
+20,000 contacts takes minutes or fails."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +32,7 @@ class Loaded:
     spec: mujoco.MjSpec
     model: mujoco.MjModel
     notes: tuple[str, ...]
-    """What was ignored around the document, and the compiler's warnings."""
+    """Text and settings that were ignored, and the warnings of MuJoCo's compiler, one sentence each."""
 
 
 def compile_mjcf(text: str) -> mujoco.MjModel:
@@ -45,7 +46,7 @@ def compile_mjcf(text: str) -> mujoco.MjModel:
 
 
 def parse_mjcf(text: str) -> mujoco.MjSpec:
-    """Return the MjSpec of an MJCF text, which can be changed and compiled again; checked like `compile_mjcf`.
+    """Return the MjSpec of an MJCF text, which can be changed and compiled again; checked as in `compile_mjcf`.
 
     Raises:
         MjcfError: With every fault of the document.
@@ -55,7 +56,7 @@ def parse_mjcf(text: str) -> mujoco.MjSpec:
 
 
 def load_mjcf(text: str) -> Loaded:
-    """Return document, MjSpec and MjModel of an MJCF text.
+    """Return the document, MjSpec and MjModel of an MJCF text.
 
     Raises:
         MjcfError: With every fault of the document.
@@ -78,16 +79,18 @@ def load_mjcf(text: str) -> Loaded:
 
 
 def _ignored(document: Document) -> Iterator[str]:
-    """Sentences about settings that have no effect here."""
+    """Yield a sentence about each setting that has no effect here."""
     if any({"njmax", "nconmax"} & set(size.attrib) for size in elements(document.root, "size")):
         yield "Ignored njmax and nconmax of <size>: MuJoCo reserves memory as it is needed."
 
 
 def _check_contacts(model: mujoco.MjModel, document: Document) -> None:
-    """Refuse more contacts in the drawn pose than can be simulated: finding them is quick, solving them is not.
+    """Refuse a model with more contacts in the reference pose than can be simulated.
+
+    Finding the contacts is fast; solving them is not.
 
     Raises:
-        MjcfError: There are.
+        MjcfError: There are more than `MOST_CONTACTS`.
     """
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -103,7 +106,10 @@ def _check_contacts(model: mujoco.MjModel, document: Document) -> None:
 
 @contextlib.contextmanager
 def warnings_as_notes() -> Iterator[list[str]]:
-    """Collect MuJoCo's warnings, which it would otherwise write to MUJOCO_LOG.TXT in the working directory."""
+    """Collect MuJoCo's and Python's warnings; MuJoCo would otherwise write its own to MUJOCO_LOG.TXT.
+
+    The list is complete when the context ends.
+    """
     before, notes = mujoco.get_mju_user_warning(), list[str]()
     mujoco.set_mju_user_warning(notes.append)
     try:
@@ -116,7 +122,7 @@ def warnings_as_notes() -> Iterator[list[str]]:
 
 
 def _reported_already(fault: Fault, faults: list[Fault]) -> bool:
-    """Whether a fault that MuJoCo found was read off the document already, with a better message."""
+    """Return whether a fault found by MuJoCo is already among `faults`, which have better messages."""
     return any(
         fault.code == other.code and (fault.line == other.line or not set(fault.names).isdisjoint(other.names))
         for other in faults

@@ -1,7 +1,8 @@
-"""All errors of MuJoCo's compiler at once.
+"""Collection of all errors that MuJoCo's compiler finds in a document.
 
-MuJoCo stops at its first error. Here the element it blames is neutralized in a copy, which is compiled again until no
-error is left, so that all faults are found by the rules of the installed version rather than by a second set of rules.
+MuJoCo stops at its first error. This module neutralizes the reported element in a copy of the document and compiles the
+copy again, until there is no error left. All faults are thus found by the rules of the installed MuJoCo version, not by
+a second implementation of these rules.
 """
 
 from __future__ import annotations
@@ -17,10 +18,10 @@ from aidsr.mjcf.compiler_messages import CompilerMessage, parse_message
 from aidsr.mjcf.elements import Element, attributes, elements, load_fault
 from aidsr.mjcf.read import canonical
 
-_MAX_CHARACTERS = 4_000_000  # our choice: of all rounds together, about 1 s; 100 rounds for a robot of 40 KB
+_MAX_CHARACTERS = 4_000_000  # compiled in all rounds together; our choice: about 1 s, 100 rounds for a robot of 40 KB
 
 _ALWAYS_ACCEPTED: dict[str, dict[str, str]] = {"geom": {"size": "0.01"}, "joint": {}, "site": {}}
-"""Attributes with which MuJoCo accepts an element of this kind anywhere."""
+"""Attributes with which MuJoCo accepts an element of this kind in every place."""
 _INERTIAL = {"pos": "0 0 0", "mass": "1", "diaginertia": "1 1 1"}
 
 
@@ -36,17 +37,19 @@ _CURES = {
 
 @dataclass(frozen=True, eq=False)
 class CompileResult:
-    """A document as MuJoCo compiled it, or the faults that keep it from being compiled."""
+    """Result of compiling a document."""
 
     built: tuple[mujoco.MjSpec, mujoco.MjModel] | None
+    """Specification and compiled model; None if the document does not compile."""
     faults: tuple[Fault, ...]
+    """Faults that prevent the compilation."""
 
 
 def collect_compile_errors(root: Element) -> CompileResult:
-    """Compile a document, or collect every error that MuJoCo has about it.
+    """Compile a document, or collect every error that MuJoCo finds in it.
 
     Args:
-        root: The document, free of anything forbidden; it is not changed.
+        root: Root of a document that passed `check_safety`; it is not changed.
 
     Raises:
         MemoryError: MuJoCo could not allocate what the model needs.
@@ -74,10 +77,10 @@ def collect_compile_errors(root: Element) -> CompileResult:
 
 
 def _build(text: str) -> tuple[mujoco.MjSpec, mujoco.MjModel] | CompilerMessage:
-    """Compile a text, or return MuJoCo's first message.
+    """Compile a text, or return MuJoCo's first error message.
 
-    Bodies are not fused, since they go by their names. Memory for contacts is MuJoCo's to choose: njmax and nconmax, of
-    which it no longer needs to be told, can ask for gigabytes.
+    Static bodies are not fused, because the rest of the package refers to bodies by name. The settings njmax and
+    nconmax are ignored: current MuJoCo versions do not need them, and they could reserve gigabytes.
     """
     try:
         spec = mujoco.MjSpec.from_string(text)
@@ -95,7 +98,7 @@ def _message(error: Exception) -> CompilerMessage:
 
 
 def _culprit(tree: Element, owners: list[Element], message: CompilerMessage) -> Element:
-    """Return the element MuJoCo blames, or the root when it does not say."""
+    """Return the element that MuJoCo reports, or the root if the message does not name one."""
     if message.line:
         return owners[message.line - 1]
     keys = list(elements(tree, "key"))
@@ -110,7 +113,7 @@ def _fault(element: Element, message: CompilerMessage) -> Fault:
 
 
 def _blamed_attributes(culprit: Element, message: CompilerMessage) -> list[str]:
-    """Return the attributes without which this message would not come, while others still could."""
+    """Return the attributes whose removal avoids this message and leaves the rest of the element to be checked."""
     if message.code not in {"bad_value", "unknown_attribute", "undefined_reference", "duplicate_name"}:
         return []
     names = {message.attribute, *re.findall(r"\w+", message.problem)}
@@ -123,18 +126,20 @@ def _blamed_attributes(culprit: Element, message: CompilerMessage) -> list[str]:
 
 @dataclass
 class _Changes:
-    """What was changed to get past earlier messages, and which later messages follow from that."""
+    """Changes made to get past earlier messages; later messages may be consequences of them."""
 
     altered: set[Element] = field(default_factory=set)
-    """Elements whose messages are ignored from now on: emptied, or an element inside them was removed."""
+    """Elements whose further messages are ignored: their attributes were removed, or an element inside them was."""
     given_mass: set[Element] = field(default_factory=set)
+    """Bodies to which an <inertial> was added."""
     removed_attributes: set[tuple[Element, str]] = field(default_factory=set)
     without_reference: set[Element] = field(default_factory=set)
-    """Elements that lost a name they refer to: MuJoCo may now report a missing reference."""
+    """Elements from which a reference was removed: MuJoCo may report the missing reference."""
     removed_names: set[str] = field(default_factory=set)
+    """Names and classes of removed elements."""
 
     def explain(self, culprit: Element, message: CompilerMessage) -> bool:
-        """Whether a message follows from a change made here rather than from the document."""
+        """Return whether a message is a consequence of these changes, not a fault of the document."""
         return (
             culprit in self.altered
             or any(element is culprit and name in message.problem for element, name in self.removed_attributes)
@@ -143,7 +148,7 @@ class _Changes:
         )
 
     def neutralize(self, culprit: Element, message: CompilerMessage) -> None:
-        """Change the culprit so that MuJoCo accepts it, keeping as much of it as possible to be checked."""
+        """Change the reported element so that MuJoCo accepts it, and keep as much of it as possible for checking."""
         attributes_blamed = _blamed_attributes(culprit, message)
         if attributes_blamed:
             for name in attributes_blamed:

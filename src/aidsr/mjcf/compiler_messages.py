@@ -1,4 +1,4 @@
-"""MuJoCo's error messages as data: which fault, in which line, about which attribute and names."""
+"""Parser for MuJoCo's error messages: fault code, line, attribute and names."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ class CompilerMessage:
     """One error message of MuJoCo's parser or compiler."""
 
     code: str
-    """Fault code; "load_error" when the message is of no known kind."""
+    """Fault code; "load_error" for a message of unknown kind."""
     problem: str
     """The message without its location."""
     line: int | None
-    """Line of the text that MuJoCo was given."""
+    """Line in the text that MuJoCo compiled; None if not reported."""
     index: int | None
-    """MuJoCo's number of the thing among its kind."""
+    """MuJoCo's id of the reported element among those of its kind; None if not reported."""
     attribute: str
-    """The attribute it blames, or nothing."""
+    """Name of the reported attribute, "" if there is none."""
     quoted: tuple[str, ...]
-    """Everything it puts in quotes: names, keywords."""
+    """All quoted words of the message, such as names and keywords."""
 
 
 _KINDS: tuple[tuple[str, str], ...] = (
@@ -55,12 +55,12 @@ _KINDS: tuple[tuple[str, str], ...] = (
     ),
     ("bad_value", r"negative|positive|expected|empty (class|name)|unique element|\bnan\b"),
 )
-"""Patterns that classify messages; the first match counts. Source: messages of MuJoCo 3.17, tried one by
+"""Fault codes and the patterns of their messages; the first match counts. Source: messages of MuJoCo 3.17, tried one by
 one."""
 _PATTERNS = tuple((re.compile(pattern, re.IGNORECASE), code) for code, pattern in _KINDS)
 
 _MOST_READ = 2000
-"""Characters of a message that are read; it may quote long values of the document. Our choice."""
+"""Largest number of characters of a message that are read; it may quote long values of the document. Our choice."""
 _PREFIX = re.compile(r"^((XML )?Error:\s*|Schema violation:\s*|engine error:\s*)+")
 _LINE = re.compile(r"\bline (\d+)\s*$")
 _INDEX = re.compile(r"\bid (\d+)")
@@ -68,11 +68,11 @@ _ATTRIBUTE = re.compile(r"(?:attribute|attribute missing):? '([^']*)'")
 _QUOTED = re.compile(r"'([^']*)'")
 _NUMBERING = re.compile(r"\s*\(id = \d+\)|\b(tendon|keyframe) ''\s*(?=[:(])|(?<=actuator) id = \d+")
 _TRAILING_NUMBER = re.compile(r"(\bin \w+(?: \w+)?) \d+$")
-"""MuJoCo's own numbering of things that have no name, which a reader of the document cannot see."""
+"""MuJoCo's ids of unnamed elements, which the reader of a document cannot see; removed from messages."""
 
 
 def parse_message(message: str) -> CompilerMessage:
-    """Return an error message of MuJoCo's parser or compiler as data."""
+    """Parse an error message of MuJoCo's parser or compiler."""
     problem, _, place = message[:_MOST_READ].strip().partition("\n")
     problem = _PREFIX.sub("", problem)
     line = _LINE.search(place)

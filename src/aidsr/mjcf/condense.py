@@ -1,8 +1,8 @@
-"""A robot's MJCF made short for a reader: of what repeats, only the pattern is shown.
+"""Condensed MJCF for a language model: repeated elements are shown once.
 
-Limbs are chains of nearly equal links, hands have several equal fingers, and tendons pass dozens of sites. A model
-that judges, places or repairs a robot needs the pattern, not every copy. Comments say what was left out: which names,
-and which numbers of theirs differ. Looks (materials, colours) are left out without a word.
+Limbs are chains of nearly equal links, hands have several equal fingers, and tendons pass dozens of sites. A language
+model that judges, places or repairs a robot needs the pattern, not every copy. Comments replace the omitted elements;
+they give their names and the numbers that differ. Materials and colours are removed without a comment.
 """
 
 from __future__ import annotations
@@ -21,30 +21,32 @@ from aidsr.sandbox.isolated import isolated
 from aidsr.sandbox.limits import Limits
 
 _LEAST_LEFT_OUT = 2
-"""A comment in place of fewer elements would save nothing. Our choice."""
+"""Smallest number of elements that a comment replaces. Our choice: for fewer, a comment saves nothing."""
 _NUMBERS = re.compile(r"\s*[-+]?\.?\d[-+.\deE]*(\s+[-+]?\.?\d[-+.\deE]*)*\s*")
 _COUNTED = re.compile(
     r"([a-z]|(?<=[A-Z_]))\d+[a-z]?(?![a-z])|(?<=_)[a-z](?![a-z])"
     r"|(?<![a-z])(left|right|front|rear|middle|back|top|bottom|upper|lower)(?![a-z])"
 )
-"""What distinguishes the names of copies: numbers and a letter beside them, single letters, sides."""
+"""Parts of a name that differ between copies: numbers with an adjacent letter, single letters, sides."""
 _MAX_COMMENT_SHARE = 0.5
-"""A comment longer than this share of what it stands for saves too little to be read for. Our choice."""
+"""Largest length of the differences in a comment / length of the elements it replaces. Our choice: a longer comment
+saves too little."""
 _DIGITS = re.compile(r"\d+")
 _MOST_KINDS = 2
-"""Kinds of parts that only some links of a chain have. Our choice: feet here, a tool there."""
+"""Largest number of different sets of extra parts that only some links of a chain have. Our choice: feet on some links,
+a tool on another."""
 _MOST_UNEVEN = 8
-"""Copies that differ in more numbers than this, other than steadily, are shown whole. Our choice: the comment would be
-as hard to read."""
+"""Largest number of attributes that differ between copies without growing or shrinking steadily. Our choice: with more,
+the comment is as hard to read as the copies, which are shown instead."""
 _VISUAL_ATTRIBUTES = {"material", "rgba", "group"}
 _UNORDERED = ("sensor", "contact", "actuator", "tendon")
-"""Sections whose elements may be shown in another order."""
+"""Sections whose elements may be reordered."""
 _WHOLE = ("body", "spatial", "fixed", "default")
-"""Elements with parts of their own: one of them shows what the others are like."""
+"""Elements with children, of which one shows what its copies are like."""
 
 
 def condense(mjcf: str) -> str | None:
-    """Return an MJCF text without its repetitions and visual attributes; None when it cannot be read."""
+    """Return an MJCF text without its repetitions and visual attributes; None if it cannot be read in time."""
     try:
         return _condensed(mjcf)
     except (MjcfError, IsolationError):
@@ -53,7 +55,12 @@ def condense(mjcf: str) -> str | None:
 
 @isolated(limits=Limits(wall_s=20.0, memory_mib=2048))
 def _condensed(mjcf: str) -> str:
-    """Do the work of `condense`: comparing parts with each other takes long in a text that was made to."""
+    """Condense a text in an isolated process: a malicious text could make the comparison of its parts slow.
+
+    Raises:
+        MjcfError: The text is not an MJCF document.
+        IsolationError: The calculation exceeded its limits of time or memory.
+    """
     root = copy.deepcopy(parse_document(mjcf).root)
     _drop_visuals(root)
     for body in list(root.iter("body")):
@@ -75,14 +82,18 @@ def _drop_visuals(root: Element) -> None:
             del element.attrib[key]
     for element in list(root.iter("asset", "default")):
         emptied = [child for child in element if child.tag in ("geom", "site") and not child.attrib]
-        for child in emptied:  # elsewhere, one without attributes is all that its class says
+        for child in emptied:  # outside these sections, an element without attributes has those of its class
             element.remove(child)
         if element.tag == "asset" and not len(element):
             _remove(element)
 
 
 def _shorten_chain(first: Element) -> None:
-    """Leave out the links of a chain that have all that the one after the first has; what follows them moves there."""
+    """Replace links of a chain that are like its second link by a comment; bodies after them move into the second link.
+
+    Args:
+        first: First link of the chain; changed in place.
+    """
     chain = [first]
     while (link := _next_link(chain[-1])) is not None and (len(chain) == 1 or _matched(chain[1], link)):
         chain.append(link)
@@ -105,9 +116,9 @@ def _shorten_chain(first: Element) -> None:
 
 
 def _matched(pattern: Element, link: Element) -> tuple[list[Element], list[Element]] | None:
-    """Return what of a link is like each part of the pattern, and what it has beside; None where a part is missing.
+    """Return the parts of a link that match the parts of the pattern, and its extra parts; None if one has no match.
 
-    Parts may stand in another order: those that are the same but for the numbers in their names belong together.
+    The parts may be in another order; parts that differ only in the numbers of their names are matched first.
     """
     if _opening(link) != _opening(pattern):
         return None
@@ -122,7 +133,7 @@ def _matched(pattern: Element, link: Element) -> tuple[list[Element], list[Eleme
 
 
 def _also(links: Sequence[tuple[Element, list[Element]]]) -> str | None:
-    """Say what some links have beside the pattern, quoted once; None when that takes long."""
+    """Return text for the extra parts of some links, each kind quoted once; None if it would be too long."""
     kinds: dict[tuple[object, ...], list[tuple[Element, list[Element]]]] = {}
     for link, more in links:
         kinds.setdefault(tuple(_shape(part) for part in more), []).append((link, more))
@@ -143,13 +154,16 @@ def _also(links: Sequence[tuple[Element, list[Element]]]) -> str | None:
 
 
 def _shorten_row(row: Sequence[Element]) -> None:
-    """Leave out what is like the first of a row; of elements that only differ in name and numbers the last is kept."""
+    """Replace the elements of a row that are like its first element by a comment.
+
+    Of elements without children (not in `_WHOLE`), the last one is kept too.
+    """
     whole = row[0].tag in _WHOLE
     left_out = row[1:] if whole else row[1:-1]
     if len(left_out) < (1 if whole else _LEAST_LEFT_OUT):
         return
     if not _leave_out(row[0], left_out, whole) and whole:
-        # of limbs on two sides, those of one side are often the same
+        # the limbs on one side of a robot are often equal to each other
         sides: dict[tuple[str, ...], list[Element]] = {}
         for element in left_out:
             sides.setdefault(_numbers_inside(element), []).append(element)
@@ -158,7 +172,7 @@ def _shorten_row(row: Sequence[Element]) -> None:
 
 
 def _leave_out(pattern: Element, left_out: Sequence[Element], whole: bool) -> bool:
-    """Put a comment in the place of elements that are like the pattern; False where it would be too long."""
+    """Replace elements that are like the pattern by a comment; return False and do nothing if it would be too long."""
     comment = f"{_named(left_out)}: like {_label(pattern)}" if whole else f"{len(left_out)} more: {_named(left_out)}"
     differences = _differences(_elements(pattern), [_elements(element) for element in left_out])
     if differences is None:
@@ -174,7 +188,7 @@ def _leave_out(pattern: Element, left_out: Sequence[Element], whole: bool) -> bo
 
 
 def _rows(parent: Element) -> Iterator[list[Element]]:
-    """Yield the neighbouring children that have one shape."""
+    """Yield each sequence of neighbouring children of the same shape."""
     row: list[Element] = []
     for child in parent:
         if row and _shape(child) != _shape(row[0]):
@@ -187,25 +201,25 @@ def _rows(parent: Element) -> Iterator[list[Element]]:
 
 
 def _next_link(link: Element) -> Element | None:
-    """Return the one body inside a link, if there is one only."""
+    """Return the body inside a link if there is exactly one, else None."""
     inside = link.findall("body")
     return inside[0] if len(inside) == 1 else None
 
 
 def _shape(element: Element) -> tuple[object, ...]:
-    """Return everything of an element but its numbers and what counts its copies."""
+    """Return the tag, attributes and children of an element without its numbers and the varying parts of its names."""
     if isinstance(element, etree._Comment):
         return (_COUNTED.sub("#", element.text or ""),)
     return (*_opening(element), *(_shape(child) for child in element))
 
 
 def _own(link: Element) -> list[Element]:
-    """Return the parts of a link without the links inside it."""
+    """Return the children of a link that are not bodies."""
     return [child for child in link if child.tag != "body"]
 
 
 def _unnumbered(element: Element) -> tuple[object, ...]:
-    """Return all of an element but the numbers in its names."""
+    """Return the tag, attributes and children of an element without the numbers in its names."""
     words = tuple(sorted((k, v if _NUMBERS.fullmatch(v) else _DIGITS.sub("#", v)) for k, v in attributes(element)))
     return (element.tag, words, *(_unnumbered(child) for child in element.iterchildren(etree.Element)))
 
@@ -216,7 +230,7 @@ def _opening(element: Element) -> tuple[object, ...]:
 
 
 def _numbers_inside(element: Element) -> tuple[str, ...]:
-    """Return the numbers of all that is inside an element."""
+    """Return the numeric attribute values of all elements inside an element."""
     inside = _elements(element)[1:]
     return tuple(value for each in inside for _, value in attributes(each) if _NUMBERS.fullmatch(value))
 
@@ -230,7 +244,12 @@ def _within(parts: Sequence[Element]) -> list[Element]:
 
 
 def _differences(pattern: Sequence[Element], others: Sequence[Sequence[Element]]) -> str | None:
-    """Say which numbers of the elements left out are not those of the one that is shown; None when that takes long."""
+    """Return text about the numbers in which omitted elements differ from the shown one; None if there are too many.
+
+    Args:
+        pattern: The shown element and the elements inside it.
+        others: For each omitted element, the elements that correspond to those of the pattern.
+    """
     steady, uneven = list[str](), list[str]()
     for index, element in enumerate(pattern):
         for key, value in attributes(element):
@@ -250,7 +269,7 @@ def _differences(pattern: Sequence[Element], others: Sequence[Sequence[Element]]
 
 
 def _is_steady(values: Sequence[str]) -> bool:
-    """Whether every number only grows or only shrinks along a row, as in a limb that tapers."""
+    """Return whether every number only grows or only shrinks along the values, as in a tapered limb."""
     try:
         rows = np.array([[float(word) for word in value.split()] for value in values])
     except ValueError:

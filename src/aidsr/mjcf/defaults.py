@@ -1,4 +1,4 @@
-"""Attributes as MuJoCo sees them: the element's own, else those of its default class and the classes around it."""
+"""Effective attributes: an element's own ones, else those of its default class and the enclosing classes."""
 
 from __future__ import annotations
 
@@ -11,26 +11,29 @@ from aidsr.mjcf.schema import mjcf_schema
 
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """A value and the element it is written on: the element itself, or a description of its kind in a default."""
+    """The effective value of an attribute and its origin."""
 
     value: str
+    """Effective value."""
     holder: Element
+    """Element that has the attribute: the element itself, or the entry for its kind in a <default>."""
     own: bool
+    """Whether the holder is the element itself."""
 
     @property
     def origin(self) -> str:
-        """Words for where the value comes from; empty for the element itself."""
+        """Text that names the default class of the value; empty if the value is the element's own."""
         default = self.holder.getparent()
         return "" if self.own or default is None else f" (from default class '{default.get('class', 'main')}')"
 
 
 def default_classes(root: Element) -> Mapping[str, Element]:
-    """Return the <default> element of each class by name; of the outermost class, which may have several, the last."""
+    """Return the <default> element of each class by name; for several <default> elements of a class, the last one."""
     return {element.get("class", "main"): element for element in elements(root, "default")}
 
 
 def setting(element: Element, attribute: str, classes: Mapping[str, Element]) -> Setting | None:
-    """Return an attribute as MuJoCo sees it, or None where nothing sets it."""
+    """Return the effective value of an attribute, or None if neither the element nor a default class sets it."""
     if attribute in element.attrib:
         return Setting(element.get(attribute, ""), element, own=True)
     for holder in described(element, classes):
@@ -50,15 +53,15 @@ def class_of(element: Element) -> str:
 
 
 def is_placed(element: Element) -> bool:
-    """Whether a geom, site or joint is one of a body, not a default, a tendon's waypoint or a composite's pattern."""
+    """Return whether a geom, site or joint belongs to a body, not to a default, a tendon, a composite or a flexcomp."""
     holders = {str(ancestor.tag) for ancestor in element.iterancestors()}
     return "worldbody" in holders and not holders & {"composite", "flexcomp"}
 
 
 def described(element: Element, classes: Mapping[str, Element]) -> Iterator[Element]:
-    """Yield the descriptions of an element's kind in its default class and the classes around that, nearest first.
+    """Yield the entries for an element's kind in its default class and the enclosing classes, nearest first.
 
-    Those of an element that is itself a description in a default begin there.
+    For an element that is itself an entry in a <default>, the entries begin with those of this <default>.
     """
     holder, kinds = element.getparent(), _kinds(str(element.tag))
     default = holder if holder is not None and holder.tag == "default" else classes.get(class_of(element))
@@ -68,9 +71,11 @@ def described(element: Element, classes: Mapping[str, Element]) -> Iterator[Elem
 
 
 def _kinds(tag: str) -> Iterable[str]:
-    """Return the tags that describe an element in a default: all actuators share one description, and all tendons.
+    """Return the tags of the <default> entries that apply to an element with this tag.
 
-    Source: MuJoCo XML reference, default; of several tags for one description the last holds.
+    All actuators share one set of defaults, and so do all tendons.
+
+    Source: MuJoCo XML reference, default; of several entries for the same defaults, the last one holds.
     """
     sections = mjcf_schema().children
     if tag in sections["actuator"].children:
@@ -79,9 +84,9 @@ def _kinds(tag: str) -> Iterable[str]:
 
 
 def _around(default: Element) -> Element | None:
-    """Return the <default> whose values hold where this one sets none: the one around it, or the outermost one before.
+    """Return the <default> from which this one inherits: the enclosing one, or the preceding top-level one.
 
-    Source: MuJoCo merges repeated top-level sections in their order, and a class starts as a copy of the one around it.
+    Source: MuJoCo merges repeated top-level sections in order, and a class starts as a copy of its enclosing class.
     """
     around = default.getparent()
     if around is not None and around.tag == "default":

@@ -1,4 +1,4 @@
-"""Read and change an MJCF document of any author."""
+"""Functions that read and change an MJCF document."""
 
 from __future__ import annotations
 
@@ -12,65 +12,65 @@ from aidsr.mjcf.elements import numbers as parse_numbers
 from aidsr.mjcf.read import parse_document
 
 Value = str | float | bool | Sequence[float]
-"""What an MJCF attribute can hold."""
+"""Type of the value of an MJCF attribute."""
 
 _ROBOT_PREFIX = "robot/"
-"""What scene assembly puts before a robot's names; a report about a scene names parts with it."""
+"""Prefix that scene assembly puts before a robot's names; reports about a scene contain it."""
 
 _JOINT_USERS = ("fixed", "equality")
-"""Elements in which <joint> refers to a joint."""
+"""Elements in which a <joint> is a reference to a joint."""
 
 _GAINS = ("kp", "kv", "dampratio", "gainprm", "biasprm")
-"""What only descriptions of an actuator's own tag set. Source: seen in MuJoCo 3.17."""
+"""Attributes that an actuator inherits only from default entries of its own tag. Source: seen in MuJoCo 3.17."""
 
 _SERVO_GAINS = {"position": "kp", "intvelocity": "kp", "velocity": "kv"}
-"""What decides the force of a servo. MuJoCo takes 1 where it is not set. Source: MuJoCo XML reference."""
+"""Attribute that determines the force of a servo; MuJoCo uses 1 if it is not set. Source: MuJoCo XML reference."""
 
 
 def parse(mjcf: str) -> Element:
-    """Return the root of a document.
+    """Return the root element of an MJCF text.
 
     Raises:
-        MjcfError: It is no MJCF document.
+        MjcfError: The text is not an MJCF document.
     """
     return parse_document(mjcf).root
 
 
 def to_text(root: Element) -> str:
-    """Return the document, indented."""
+    """Return the document as indented text."""
     etree.indent(root, space="  ")
     return etree.tostring(root, encoding="unicode") + "\n"
 
 
 def without_prefix(name: str) -> str:
-    """Return a robot's own name for a part that a scene's report names."""
+    """Return a name without the prefix that scene assembly adds to a robot's names."""
     return name.removeprefix(_ROBOT_PREFIX)
 
 
 def section(root: Element, tag: str) -> Element:
-    """Return the document's last section of this tag, which holds against those before; added if there is none."""
+    """Return the document's last section with this tag, which overrides earlier ones; add one if there is none."""
     found = root.findall(tag)
     return found[-1] if found else etree.SubElement(root, tag)
 
 
 def entries(root: Element, tag: str) -> list[Element]:
-    """Return what stands in the document's sections of this tag, such as all actuators; comments are left out."""
+    """Return the child elements of all sections with this tag, such as all actuators, without comments."""
     return [entry for found in root.iterchildren(tag) for entry in found.iterchildren("*")]
 
 
 def joints(root: Element) -> list[Element]:
-    """Return the joints of bodies and their descriptions in defaults, not what tendons and equalities call a joint."""
+    """Return the joints of bodies and the joint entries in defaults, not the references in tendons and equalities."""
     parents = ((joint, joint.getparent()) for joint in elements(root, "joint"))
     return [joint for joint, parent in parents if parent is not None and parent.tag not in _JOINT_USERS]
 
 
 def get_numbers(element: Element, attribute: str) -> list[float]:
-    """Return the numbers of an attribute, empty where it is missing or holds something else."""
+    """Return the numbers of an attribute; empty if it is missing or is not numeric."""
     return parse_numbers(element.get(attribute, ""))
 
 
 def effective_numbers(root: Element, element: Element, attribute: str) -> list[float]:
-    """Return the numbers an attribute has after default classes, empty where nothing sets it or they are none."""
+    """Return the effective numbers of an attribute, including default classes; empty if it is unset or not numeric."""
     return parse_numbers(effective_value(root, element, attribute) or "")
 
 
@@ -80,7 +80,7 @@ def set_numbers(element: Element, attribute: str, *values: float) -> None:
 
 
 def format_value(value: Value) -> str:
-    """Return a value as MJCF writes it: numbers with six digits, never in 17."""
+    """Return a value as MJCF text; numbers have at most six significant digits."""
     if isinstance(value, str):
         return value
     if isinstance(value, bool):
@@ -91,10 +91,12 @@ def format_value(value: Value) -> str:
 
 
 def effective_value(root: Element, element: Element, attribute: str) -> str | None:
-    """Return the value an attribute has after default classes, or None where nothing sets it.
+    """Return the effective value of an attribute, including default classes, or None if nothing sets it.
 
-    Source: MuJoCo manual, Modeling, default settings. What actuators of all kinds have comes from descriptions of any
-    kind, their gains only from those of their own.
+    For an element inside a <default>, only its own value counts.
+
+    Source: MuJoCo manual, Modeling, default settings. An actuator inherits its general attributes from the default
+    entries of all kinds of actuators, but its gains only from those of its own kind.
     """
     if _inside_default(element):
         return element.get(attribute)
@@ -109,13 +111,13 @@ def _inside_default(element: Element) -> bool:
 
 
 def gain_sign(root: Element, actuator: Element) -> int:
-    """Return the sign of the force a positive control makes: -1 pulls on a tendon, 1 pushes, 0 does nothing."""
+    """Return the sign of the force that a positive control causes: -1 pulls on a tendon, 1 pushes, 0 is no force."""
     gain = gain_of(root, actuator)
     return (gain > 0) - (gain < 0)
 
 
 def gain_of(root: Element, actuator: Element) -> float:
-    """Return the force on a joint or tendon that a control of 1 makes, bias aside: gear x gain."""
+    """Return the force on a joint or tendon for a control of 1, without bias: gear x gain."""
     product = 1.0
     for name in ("gear", "gainprm"):
         product *= (effective_numbers(root, actuator, name) or [1.0])[0]
@@ -123,7 +125,7 @@ def gain_of(root: Element, actuator: Element) -> float:
 
 
 def is_servo(root: Element, actuator: Element) -> bool:
-    """Whether an actuator is a position servo, spelled out as a general one too."""
+    """Return whether an actuator is a position servo, also one that is written as <general>."""
     if actuator.tag != "general":
         return actuator.tag == "position"
     bias = effective_numbers(root, actuator, "biasprm")
@@ -131,14 +133,14 @@ def is_servo(root: Element, actuator: Element) -> bool:
 
 
 def damping_gain(root: Element, servo: Element) -> list[float]:
-    """Return a servo's kv, empty where nothing sets it or a damping ratio stands in its place."""
+    """Return a servo's kv; empty if nothing sets it or it has a damping ratio instead."""
     if servo.get("kv") is None and effective_value(root, servo, "dampratio"):
         return []
     return effective_numbers(root, servo, "kv")
 
 
 def exclude_contact(root: Element, first: str, second: str) -> bool:
-    """Let two bodies pass through each other; say whether they could collide before."""
+    """Exclude contact between two bodies; return whether an exclusion was added."""
     contact = section(root, "contact")
     pairs = [{pair.get("body1"), pair.get("body2")} for pair in contact.iter("exclude")]
     if {first, second} in pairs:
@@ -148,10 +150,15 @@ def exclude_contact(root: Element, first: str, second: str) -> bool:
 
 
 def scale_forces(root: Element, factor: float, names: Collection[str] = ()) -> int:
-    """Scale the forces of the actuators with these names, or on tendons with them; of all where none has one.
+    """Scale the forces of actuators.
+
+    Args:
+        root: Root of the document; changed in place.
+        factor: Factor on the forces.
+        names: Names of actuators or of the tendons they act on. If no actuator matches, all actuators are scaled.
 
     Returns:
-        How many actuators were changed.
+        Number of changed actuators.
     """
     every = entries(root, "actuator")
     chosen = [actuator for actuator in every if actuator.get("name") in names or actuator.get("tendon") in names]
@@ -159,10 +166,10 @@ def scale_forces(root: Element, factor: float, names: Collection[str] = ()) -> i
 
 
 def _scale_force(root: Element, actuator: Element, factor: float) -> bool:
-    """Scale what decides an actuator's force: a servo's gains, else its control range; and the force limits.
+    """Scale the force limits of an actuator, and a servo's gains or another actuator's control range or gear.
 
-    Values of default classes are written scaled onto the actuator. A damping ratio stays:
-    the compiler derives kv from it and the gain.
+    Scaled values of default classes are written on the actuator itself. A damping ratio is not scaled, because the
+    compiler derives kv from it and the gain. Return whether anything was changed.
     """
     scaled = {"forcerange": effective_numbers(root, actuator, "forcerange")}
     if gain := _SERVO_GAINS.get(str(actuator.tag)):
@@ -178,10 +185,10 @@ def _scale_force(root: Element, actuator: Element, factor: float) -> bool:
 
 
 def scale_springs(root: Element, factor: float) -> int:
-    """Scale stiffness and damping of every joint, wherever they are written.
+    """Scale stiffness and damping of every joint, in joints and in default entries.
 
     Returns:
-        In how many places a stiffness was changed.
+        Number of joints and entries whose stiffness was changed.
     """
     springs = 0
     for joint in joints(root):

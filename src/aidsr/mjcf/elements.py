@@ -13,14 +13,14 @@ from aidsr.core.artifacts import Fault
 
 Element = etree._Element
 
-_MAX_LISTED = 12  # our choice: what a reader takes in; the rest is counted
+_MAX_LISTED = 12  # names in a message; our choice: more would be hard to read, so the rest is only counted
 _HEXADECIMAL = re.compile(r"[-+]?0x", re.IGNORECASE)
 _NAN = re.compile(r"[-+]?nan(\(\w*\)?)?", re.IGNORECASE)
-_LONGEST_WORD = 100  # our choice: no tag of MJCF is longer; XML allows 50,000 characters
+_LONGEST_WORD = 100  # characters of a tag in a message; our choice: no MJCF tag is longer, XML allows 50,000 characters
 
 
 def elements(root: Element, *tags: str) -> Iterator[Element]:
-    """Yield the elements of a document in order, comments left out; only these tags when any are named."""
+    """Yield an element and all elements inside it in document order, without comments; only these tags, if given."""
     wanted = tags or ("*",)
     for element in root.iter(*wanted):
         if isinstance(element.tag, str):
@@ -28,17 +28,17 @@ def elements(root: Element, *tags: str) -> Iterator[Element]:
 
 
 def attributes(element: Element) -> list[tuple[str, str]]:
-    """Return the names and values of an element's attributes, in the order of the text."""
+    """Return the names and values of an element's attributes in document order."""
     return [(str(name), str(value)) for name, value in element.attrib.items()]
 
 
 def line_of(element: Element) -> int | None:
-    """Return the line of the text in which the element's tag ends."""
+    """Return the number of the line in which the element's tag ends, None if not known."""
     return cast("int | None", element.sourceline)
 
 
 def numbers(text: str) -> list[float]:
-    """Return the numbers in an attribute as MuJoCo reads them; empty when any of it is none, which MuJoCo refuses."""
+    """Return the numbers in an attribute as MuJoCo reads them; empty if a word is not a number (MuJoCo refuses it)."""
     try:
         return [_number(word) for word in text.split()]
     except ValueError:
@@ -46,9 +46,12 @@ def numbers(text: str) -> list[float]:
 
 
 def _number(word: str) -> float:
-    """Return a number as C reads it: also 0x1p-3, and nan with anything in brackets behind it.
+    """Parse a number as C does, including forms such as 0x1p-3 and nan(...).
 
     Source: ISO C, strtod, with which MuJoCo reads numbers.
+
+    Raises:
+        ValueError: The word is not a number.
     """
     if _HEXADECIMAL.match(word):
         try:
@@ -59,7 +62,7 @@ def _number(word: str) -> float:
 
 
 def describe(element: Element) -> str:
-    """Return words by which a reader finds the element: its name, or the nearest name around it."""
+    """Return a description by which a reader finds the element: its tag and name, or the nearest named ancestor."""
     name, tag = element.get("name") or element.get("class"), str(element.tag)[:_LONGEST_WORD]
     if name:
         return f"<{tag}> '{name}'"
@@ -68,14 +71,14 @@ def describe(element: Element) -> str:
 
 
 def load_fault(code: str, element: Element, problem: str, *, names: Iterable[str] = (), cure: str = "") -> Fault:
-    """Return a fault of the document at one element.
+    """Return a fault located at one element of the document.
 
     Args:
-        code: The fault's code.
-        element: Where it is.
-        problem: What was read there; the element's name is put before it.
-        names: What it concerns; the element's own or nearest name when not given.
-        cure: What to do.
+        code: Fault code.
+        element: Faulty element.
+        problem: Description of the problem; the message is this text after a description of the element.
+        names: Names of the parts concerned; by default the name of the element or of its nearest named ancestor.
+        cure: Recommended correction.
     """
     named = tuple(names)
     if not named:
@@ -93,7 +96,7 @@ def load_fault(code: str, element: Element, problem: str, *, names: Iterable[str
 
 
 def join(names: Iterable[str]) -> str:
-    """Return names as a list to read, the rest counted."""
+    """Return names as a comma-separated list; names beyond the first `_MAX_LISTED` are only counted."""
     every = list(names)
     listed = ", ".join(every[:_MAX_LISTED])
     return listed if len(every) <= _MAX_LISTED else f"{listed} and {len(every) - _MAX_LISTED} more"

@@ -1,4 +1,4 @@
-"""What an untrusted document may not hold: anything that opens a file, a network address or a library."""
+"""Check for forbidden content in an untrusted document: anything that opens a file, a network address or a library."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ FORBIDDEN_ELEMENTS = {
     "extension": ("loads a native library", "model the mechanism with joints and tendons"),
     "plugin": ("calls a native library", "model the mechanism with joints and tendons"),
 }
-"""Element: what it does, and what to write instead."""
+"""Forbidden elements: the effect of each, and what to write instead."""
 _ATTRIBUTE = re.compile(r"file\w*|(asset|mesh|texture)dir|content_type")
-"""Every attribute of the schema that names a file, a folder or how to decode one."""
+"""Attributes of the schema that name a file, a folder or the type of a file."""
 
 
 def check_forbidden(root: Element) -> Iterator[Fault]:
-    """Yield a fault for each element and attribute that reaches outside the document."""
+    """Yield a fault for each element and attribute that refers to something outside the document."""
     for element in elements(root):
         if element is not root and element.tag in FORBIDDEN_ELEMENTS:
             does, instead = FORBIDDEN_ELEMENTS[element.tag]

@@ -1,4 +1,4 @@
-"""`aidsr import`: a robot in several files becomes one document that needs none of them."""
+"""Import of a robot from several files into one self-contained MJCF document (`aidsr import`)."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from aidsr.mjcf.inline_files import MOST_INCLUDES, merge_includes, put_in_shapes
 from aidsr.mjcf.read import decode_mjcf
 
 MOST_BYTES = 256 * 2**20
-"""Of all files together. Our choice: ten times the meshes of a large robot."""
+"""Largest size of all files together. Our choice: ten times the meshes of a large robot."""
 
 
 @dataclass(frozen=True)
 class ImportedFile:
-    """A file that was read: its path from the folder, and its hash."""
+    """A file that was read: its path relative to the folder, and the SHA-256 hash of its content."""
 
     path: str
     sha256: str
@@ -26,12 +26,12 @@ class ImportedFile:
 
 @dataclass(frozen=True)
 class Imported:
-    """A document that names no files.
+    """A self-contained document that names no files.
 
     Attributes:
-        mjcf: The text.
-        files: What was read.
-        notes: What was left out or simplified, one sentence each.
+        mjcf: MJCF text.
+        files: Files that were read.
+        notes: Omissions and simplifications, one sentence each.
     """
 
     mjcf: str
@@ -40,18 +40,18 @@ class Imported:
 
 
 def import_mjcf(path: Path, folder: Path | None = None) -> Imported:
-    """Return an MJCF file with its includes, meshes and height fields put in.
+    """Return the content of an MJCF file with its includes, meshes and height fields inlined.
 
-    Only regular files below one folder are read. They are parsed in an isolated process that opens none.
+    Only regular files below one folder are read. They are parsed in an isolated process that opens no files.
 
     Args:
-        path: The main document.
-        folder: What it names lies in here; the document's own folder where none is given.
+        path: Path of the main document.
+        folder: Folder that contains all files; by default the folder of the main document.
 
     Raises:
-        UserError: A file is absent, outside the folder, too large, or cannot be read.
-        MjcfError: With every fault of the document that results.
-        IsolationError: Reading it exceeded its limits of time or memory.
+        UserError: A file is missing, outside the folder, too large, or cannot be read.
+        MjcfError: The resulting document has faults; the error holds all of them.
+        IsolationError: Reading the files exceeded the limits of time or memory.
     """
     files = _Files((folder or path.parent).resolve())
     main = files.path_of(path)
@@ -72,7 +72,7 @@ def import_mjcf(path: Path, folder: Path | None = None) -> Imported:
 
 
 class _Files:
-    """Regular files below a folder; links are not followed."""
+    """Reader of regular files below a folder; links are not followed."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -84,7 +84,11 @@ class _Files:
         return tuple(ImportedFile(path, digest) for path, digest in self._hashes.items())
 
     def path_of(self, path: Path) -> str:
-        """Return a path from the folder."""
+        """Return a path relative to the folder.
+
+        Raises:
+            UserError: The path is outside the folder.
+        """
         absolute = path.parent.resolve() / path.name
         if not absolute.is_relative_to(self._folder):
             raise UserError(f"{path} is not in {self._folder}; name a folder that holds all files with --folder")
@@ -94,10 +98,10 @@ class _Files:
         """Return the content of a file.
 
         Args:
-            name: Its path from the folder.
+            name: Path of the file relative to the folder.
 
         Raises:
-            UserError: It is absent, outside the folder, no regular file or too large.
+            UserError: The file is missing, outside the folder, not a regular file or too large.
         """
         path = Path(os.path.normpath(self._folder / name))
         if not path.is_relative_to(self._folder):

@@ -1,6 +1,6 @@
-"""Put what a document names in other files into the document: includes, meshes and height fields.
+"""Inlining of the files that a document names: includes, meshes and height fields.
 
-Everything here works on text and bytes that a caller has read; no file is opened.
+The functions work on text and bytes that the caller has read; they open no files.
 """
 
 from __future__ import annotations
@@ -22,14 +22,15 @@ from aidsr.sandbox.isolated import isolated
 from aidsr.sandbox.limits import Limits
 
 MOST_INCLUDES = 100
-"""Our choice: the largest public model of robots has a dozen."""
+"""Largest number of includes. Our choice: the largest public robot model has a dozen."""
 _KEPT_FACES = 1000
-"""Triangles of a mesh that is kept as it is; MuJoCo collides every mesh as its convex hull. Our choice."""
+"""Largest number of triangles of a mesh that is kept unchanged. MuJoCo collides every mesh as its convex hull. Our
+choice."""
 _HULL_VERTICES = 128
-"""Most vertices of the hull that stands for a larger mesh. Our choice."""
+"""Largest number of vertices of the convex hull that replaces a larger mesh. Our choice."""
 _DIGITS = 9
 _DENSITY_KG_M3 = 1000.0
-"""MuJoCo's own, of a geom without mass and density."""
+"""MuJoCo's default density of a geom without mass and density."""
 _INCLUDE_ROOT = re.compile(r"<(/?)mujocoinclude(?=[\s/>])")
 _FILE_ATTRIBUTES = re.compile(r"file\w*|content_type")
 _FOLDERS = {"mesh": "meshdir", "hfield": "meshdir"}
@@ -42,7 +43,7 @@ class FileUse:
     Attributes:
         element: Tag of the element that names it.
         name: Name of that element.
-        path: Where the file is, from the folder of the main document.
+        path: Path of the file relative to the folder of the main document.
     """
 
     element: str
@@ -52,13 +53,13 @@ class FileUse:
 
 @dataclass(frozen=True)
 class Merged:
-    """A document with its includes put in.
+    """A document with its includes inlined.
 
     Attributes:
-        mjcf: The text.
-        missing: Includes that were not given, as paths from the folder of the main document.
-        uses: Files of meshes and height fields that it names.
-        notes: What was left out, one sentence each.
+        mjcf: MJCF text; empty if includes are missing.
+        missing: Includes whose text was not given, as paths relative to the folder of the main document.
+        uses: Files of meshes and height fields that the document names.
+        notes: Omissions, one sentence each.
     """
 
     mjcf: str
@@ -69,12 +70,12 @@ class Merged:
 
 @dataclass(frozen=True)
 class Shape:
-    """A mesh or height field as numbers.
+    """Numeric data of a mesh or height field.
 
     Attributes:
-        attributes: What replaces the file in its element.
-        volume_m3: Of a mesh; 0 for a height field.
-        note: What was simplified; empty where nothing was.
+        attributes: MJCF attributes that replace the file in its element.
+        volume_m3: Volume of a mesh [m^3]; 0 for a height field.
+        note: Sentence about a simplification; empty if there was none.
     """
 
     attributes: dict[str, str] = field(default_factory=dict)
@@ -84,17 +85,17 @@ class Shape:
 
 @isolated(limits=Limits(wall_s=20.0))
 def merge_includes(main: str, included: dict[str, str]) -> Merged:
-    """Return a document with its includes put in, as far as they are given.
+    """Return a document with its includes inlined, or the includes whose text is missing.
 
-    Textures and skins from files are left out: they are only looks.
+    Textures and skins from files are left out, since they only affect the appearance.
 
     Args:
-        main: MJCF text.
-        included: Text of each included file by its path from the folder of the main document.
+        main: MJCF text of the main document.
+        included: Text of each included file by its path relative to the folder of the main document.
 
     Raises:
         MjcfError: A text is not MJCF.
-        UserError: Files include each other in a circle, or more than `MOST_INCLUDES` times.
+        UserError: Files include each other in a cycle, or there are more than `MOST_INCLUDES` includes.
     """
     root = parse_document(main).root
     missing: list[str] = []
@@ -131,7 +132,7 @@ def _put_in(root: Element, folder: str, included: dict[str, str], missing: list[
 
 
 def _drop_looks(root: Element) -> list[str]:
-    """Take out textures and skins from files, and what refers to them."""
+    """Remove textures and skins from files, and references to them; return notes about it."""
     notes = []
     gone = [
         each
@@ -172,12 +173,17 @@ def _uses(root: Element) -> list[FileUse]:
 
 @isolated(limits=Limits(wall_s=30.0))
 def read_shape(use: FileUse, mjcf: str, content: bytes) -> Shape:
-    """Return a mesh or height field of a document as numbers.
+    """Return the numeric data of a mesh or height field of a document.
 
-    A mesh of more than 1,000 triangles becomes its convex hull, with which MuJoCo collides in any case.
+    A mesh of more than 1,000 triangles is replaced by its convex hull, which MuJoCo uses for collisions in any case.
+
+    Args:
+        use: Use of the file in the document.
+        mjcf: MJCF text of the document.
+        content: Content of the file.
 
     Raises:
-        UserError: MuJoCo cannot read the file.
+        UserError: MuJoCo cannot read the file, or a height field is too large.
     """
     root = parse_document(mjcf).root
     element = _named(root, use)
@@ -226,7 +232,7 @@ def _height_field(model: mujoco.MjModel, use: FileUse) -> Shape:
             f"{use.path} has {rows} x {columns} heights, at most {SIZE_LIMITS.numbers:,} can be put into a document; "
             "make it coarser"
         )
-    # MJCF lists the far row first
+    # MJCF lists the far row first, MjModel the near row
     heights = model.hfield_data.reshape(rows, columns)[::-1].ravel()
     written = " ".join(f"{value:.{_DIGITS}g}" for value in heights)
     return Shape({"nrow": str(rows), "ncol": str(columns), "elevation": written})
@@ -234,11 +240,15 @@ def _height_field(model: mujoco.MjModel, use: FileUse) -> Shape:
 
 @isolated(limits=Limits(wall_s=30.0))
 def put_in_shapes(merged: Merged, shapes: list[Shape]) -> str:
-    """Return a document whose meshes and height fields are numbers, checked and compiled once.
+    """Return a document with its meshes and height fields as numbers; it is checked and compiled once.
+
+    Args:
+        merged: The document with its includes inlined.
+        shapes: Data of each file in `merged.uses`, in the same order.
 
     Raises:
-        MjcfError: With every fault of the document.
-        UserError: It is too large; says what is large.
+        MjcfError: The document has faults; the error holds all of them.
+        UserError: The document is too large; the message names the largest meshes and height fields.
     """
     root = parse_document(merged.mjcf).root
     volumes: dict[str, float] = {}
@@ -273,7 +283,10 @@ def put_in_shapes(merged: Merged, shapes: list[Shape]) -> str:
 
 
 def _keep_masses(root: Element, volumes: dict[str, float]) -> None:
-    """Give geoms whose mesh became its hull the mass that the mesh had."""
+    """Give geoms whose mesh was replaced by its convex hull the mass of the original mesh.
+
+    `volumes` holds the volumes of these meshes by name [m^3].
+    """
     known = default_classes(root)
     for geom in elements(root, "geom"):
         mesh = setting(geom, "mesh", known)

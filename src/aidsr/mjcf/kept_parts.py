@@ -1,4 +1,4 @@
-"""Comparison of two versions of a robot: parts that a person wants to keep must not change."""
+"""Comparison of two versions of a robot, to check that parts that the user wants to keep have not changed."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from aidsr.mjcf.read import parse_document
 from aidsr.sandbox.isolated import isolated
 
 _NAMES = {"name", "class", "childclass"}
-"""Which class an attribute comes from does not matter, only its value does."""
+"""Attributes that are not compared: only the effective values of the others matter, not the class they come from."""
 
 
 @isolated
 def changes_to_kept_parts(before: str, after: str, keep: Sequence[Keep]) -> list[str]:
-    """Return what was changed of parts that should be kept, one sentence each; empty when nothing was.
+    """Return one sentence for each change of a part that should be kept; empty if there is none.
 
-    A part is compared with everything inside it, attribute by attribute as MuJoCo sees them, with those of its default
-    classes, numbers by their value.
+    A part is compared including everything inside it, by the effective values of all attributes, including those from
+    default classes. Numbers are compared by value.
 
     Args:
-        before: MJCF of the robot as it was.
-        after: MJCF of the robot as rewritten.
-        keep: What should stay.
+        before: MJCF of the original robot.
+        after: MJCF of the rewritten robot.
+        keep: Parts that should not change.
 
     Raises:
         MjcfError: One of the two is not an MJCF document.
-        IsolationError: Comparing them took too long.
+        IsolationError: The comparison exceeded its limits of time or memory.
     """
     old, new = (parse_document(text).root for text in (before, after))
     return [sentence for each in keep for sentence in _changes_to(each, old, new)]
@@ -62,7 +62,7 @@ def _find(root: Element, name: str) -> Element | None:
 
 
 def _values(element: Element, classes: Mapping[str, Element]) -> dict[str, str]:
-    """Return an element's attributes as MuJoCo sees them."""
+    """Return the effective values of an element's attributes, including those from default classes."""
     values: dict[str, str] = {}
     for holder in (element, *described(element, classes)):
         for key, value in attributes(holder):

@@ -1,4 +1,4 @@
-"""Names used twice, and names that nothing bears."""
+"""Checks of names: duplicate names and references to names that do not exist."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from aidsr.core.suggestions import closest_name
 from aidsr.mjcf.elements import Element, attributes, elements, join, line_of, load_fault
 
 _SECTIONS = frozenset({"actuator", "sensor", "equality", "tendon"})
-"""Every element in one of these sections has a name of that kind, whether it is a <motor> or a <position>."""
+"""Sections whose elements share one namespace, whatever their tag: a <motor> and a <position> are both actuators."""
 _KINDS = {kind: kind for kind in ("body", "joint", "geom", "site", "camera", "light", "frame", "skin", "flex")}
 _KINDS |= {kind: kind for kind in ("mesh", "hfield", "texture", "material", "pair", "exclude", "key")}
 _KINDS |= {kind: kind for kind in ("numeric", "text", "tuple")} | {"freejoint": "joint", "flexcomp": "flex"}
@@ -50,19 +50,23 @@ REFERENCES: Mapping[str, str] = {
     "class": "default class",
     "childclass": "default class",
 }
-"""Attributes that name something, and what kind of thing. Source: MuJoCo XML reference, version 3.17."""
+"""Attributes that refer to an element by name, and the kind of that element.
+
+Source: MuJoCo XML reference, version 3.17.
+"""
 
 _BY_TYPE = {"objname": "objtype", "refname": "reftype"}
-LISTS = frozenset({"body", "node"})  # of <flex>: several names in one attribute
+LISTS = frozenset({"body", "node"})  # attributes of <flex> that hold several names
 _ELSEWHERE = frozenset({"visual", "option", "compiler", "size", "statistic"})
-"""Sections whose attributes bear the same words and name nothing: <rgba joint="1 0 0 1"/> is a colour."""
+"""Sections whose attributes are not references although they may have the same names: <rgba joint="1 0 0 1"/> is a
+colour."""
 _ASSETS = frozenset({"mesh", "hfield", "texture"})
 _PLURALS = {"body": "bodies", "default class": "default classes", "mesh": "meshes", "flex": "flexes"}
 _NUMBERED = re.compile(r"(.*?)(?<!\d)(\d{1,9})(\D*)")
 
 
 def duplicate_names(root: Element) -> Iterator[Fault]:
-    """Yield a fault for each thing that bears a name which another of its kind bore before."""
+    """Yield a fault for each element with the name of an earlier element of the same kind."""
     first: dict[tuple[str, str], Element] = {}
     for element, kind in named(root):
         before = first.setdefault((kind, element.get("name", "")), element)
@@ -72,7 +76,7 @@ def duplicate_names(root: Element) -> Iterator[Fault]:
 
 
 def undefined_references(root: Element) -> Iterator[Fault]:
-    """Yield one fault for each kind of thing of which names are used that nothing bears."""
+    """Yield one fault for each kind of element with references to names that do not exist."""
     known = known_names(root)
     generated = tuple(_generated(root))
     missing: dict[str, dict[str, Element]] = defaultdict(dict)
@@ -92,7 +96,7 @@ def undefined_references(root: Element) -> Iterator[Fault]:
 
 
 def named(root: Element) -> Iterator[tuple[Element, str]]:
-    """Yield each named element and its kind; elements in <default> only describe others."""
+    """Yield each named element and its kind, without the entries of <default>."""
     described = _inside(root, {"default"})
     for element in elements(root):
         parent = element.getparent()
@@ -104,7 +108,7 @@ def named(root: Element) -> Iterator[tuple[Element, str]]:
 
 
 def known_names(root: Element) -> dict[str, set[str]]:
-    """Return the names that things bear, by the kind of thing."""
+    """Return the names of all elements, by kind of element."""
     known: dict[str, set[str]] = defaultdict(set)
     known["body"].add("world")
     known["default class"] = {"main"} | {element.get("class", "main") for element in elements(root, "default")}
@@ -114,7 +118,7 @@ def known_names(root: Element) -> dict[str, set[str]]:
 
 
 def _generated(root: Element) -> Iterator[str]:
-    """Yield how names begin that MuJoCo makes up itself; whether those exist is for MuJoCo to say."""
+    """Yield the prefixes of names that MuJoCo generates; only MuJoCo can tell whether such a name exists."""
     for generator in elements(root, "composite", "flexcomp"):
         yield generator.get("prefix" if generator.tag == "composite" else "name", "")
     for replicate in elements(root, "replicate"):
@@ -124,7 +128,7 @@ def _generated(root: Element) -> Iterator[str]:
 
 
 def references(root: Element) -> Iterator[tuple[Element, str, str]]:
-    """Yield each use of a name: where, the kind of thing named, the name."""
+    """Yield each reference to a name: the referring element, the kind of the named element, and the name."""
     elsewhere = _inside(root, _ELSEWHERE)
     for element in elements(root):
         if element in elsewhere:
@@ -146,7 +150,7 @@ def _kind_of_reference(element: Element, attribute: str) -> str | None:
 
 
 def _inside(root: Element, tags: Collection[str]) -> set[Element]:
-    """Return the elements of these kinds and all that is in them."""
+    """Return the elements with these tags and all elements inside them."""
     found = set[Element]()
     for each in elements(root, *tags):
         if each not in found:

@@ -1,7 +1,7 @@
-"""Read untrusted MJCF text: the one XML parser of this package, and the checks that need no compiler.
+"""Reading of untrusted MJCF text: the only XML parser of this package, and the checks that need no compiler.
 
-No entity is expanded and no file opened, and what is too large is refused before it is parsed or built. Every fault
-that can be read off the document is reported at once.
+No entity is expanded and no file is opened. A text that is too large is refused before it is parsed or compiled. All
+faults that these checks find are reported at once.
 """
 
 from __future__ import annotations
@@ -31,39 +31,40 @@ SIZE_LIMITS = SizeLimits()
 _ESCAPED = str.maketrans(
     {"&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"}
 )
-"""How characters are written in an attribute that XML would else read as something else."""
+"""Escapes for characters that have another meaning in an XML attribute."""
 
 _MOST_FAULTS = 200
-"""Faults of one check. Our choice: more than anybody repairs at once; a hostile document could have 20,000."""
+"""Largest number of faults that one check reports. Our choice: more than anybody repairs at once; a hostile document
+could have 20,000."""
 
 _FENCED = re.compile(r"^[ \t]*```[^\n]*\n(.*?)^[ \t]*```", re.DOTALL | re.MULTILINE)
 _FIRST_TAG = re.compile(r"<mujoco(?=[\s/>])")
 _END = re.compile(r"</mujoco\s*>")
 _DECLARATION = re.compile(r"<!(DOCTYPE|ENTITY|ELEMENT|ATTLIST|NOTATION)\b")
 _MOST_SAID = 200
-"""Characters of the parser's message, which may quote a name of 50,000. Our choice."""
+"""Largest number of characters taken from a parser message, which may quote a name of 50,000 characters. Our choice."""
 _FOREIGN = {"robot": " (this is URDF)", "sdf": " (this is SDFormat)"}
 
 
 @dataclass(frozen=True, eq=False)
 class Document:
-    """An MJCF document that is safe to compile."""
+    """A parsed MJCF document."""
 
     text: str
-    """The document alone, without what stood around it."""
+    """Text of the document, without any surrounding text."""
     root: Element
-    """<mujoco>; line numbers count from the beginning of the text that was read."""
+    """Root element <mujoco>; line numbers count from the beginning of the text that was read."""
     notes: tuple[str, ...] = ()
-    """What was ignored around it, one sentence each."""
+    """Surrounding text that was ignored, one sentence each."""
 
 
 def text_of(mjcf: str | Path | Robot | Scene) -> str:
-    """Return the MJCF that is given as text, as the path of a file, or within an object.
+    """Return the MJCF text that is given as text, as the path of a file, or in a robot or scene.
 
-    A string is a path if it ends with .xml.
+    A string is a path if it ends with .xml and has no "<".
 
     Raises:
-        TypeError: It is none of them.
+        TypeError: The argument has another type.
         UserError: The file cannot be read.
         MjcfError: The file is too large.
     """
@@ -76,10 +77,10 @@ def text_of(mjcf: str | Path | Robot | Scene) -> str:
 
 
 def open_mjcf(path: Path) -> str:
-    """Return the text of a file; one that is too large is refused without being read.
+    """Return the text of a file; a file that is too large is refused without being read.
 
     Raises:
-        UserError: There is no such file, or it is no text.
+        UserError: The file does not exist, or is not text.
         MjcfError: The file is too large.
     """
     try:
@@ -92,14 +93,14 @@ def open_mjcf(path: Path) -> str:
 
 
 def decode_mjcf(content: bytes, source: str) -> str:
-    """Return bytes as text.
+    """Decode UTF-8 bytes, with or without a byte order mark.
 
     Args:
-        content: What was read.
-        source: Where it was read from, for an error message.
+        content: Content of a file.
+        source: Name of the file for the error message.
 
     Raises:
-        UserError: It is not UTF-8 text.
+        UserError: The content is not UTF-8 text.
     """
     try:
         return content.decode("utf-8-sig")
@@ -108,10 +109,10 @@ def decode_mjcf(content: bytes, source: str) -> str:
 
 
 def read_mjcf(text: str, limits: SizeLimits = SIZE_LIMITS) -> Document:
-    """Return the checked document in a text; Markdown fences and prose around it are ignored with a note.
+    """Parse and check the document in a text; Markdown fences and prose around it are ignored with a note.
 
     Raises:
-        MjcfError: With every fault that can be read off the document.
+        MjcfError: The document has faults; the error holds all that can be found without compiling it.
     """
     document = parse_document(text, limits)
     faults = [*check_safety(document, limits), *check_document(document)]
@@ -125,19 +126,19 @@ def check_mjcf(text: str) -> None:
     """Check a text as `read_mjcf` does, in an isolated process.
 
     Raises:
-        MjcfError: With every fault that can be read off the document.
-        IsolationError: Checking it exceeded its limits of time or memory.
+        MjcfError: The document has faults; the error holds all that can be found without compiling it.
+        IsolationError: The check exceeded its limits of time or memory.
     """
     read_mjcf(text)
 
 
 def parse_document(text: str, limits: SizeLimits = SIZE_LIMITS) -> Document:
-    """Return the document in a text, parsed and not checked any further.
+    """Parse the document in a text without checking its content.
 
-    This is the only parser for XML from outside; every other place calls it.
+    This is the only parser for XML from outside this package; all other code calls it.
 
     Raises:
-        MjcfError: It is too large, declares entities, is not XML, or its root is not <mujoco>.
+        MjcfError: The text is too large, declares entities, is not XML, or its root is not <mujoco>.
     """
     if len(text) > limits.characters:
         raise MjcfError([_too_large(len(text), limits)])
@@ -158,22 +159,22 @@ def parse_document(text: str, limits: SizeLimits = SIZE_LIMITS) -> Document:
 
 
 def check_safety(document: Document, limits: SizeLimits = SIZE_LIMITS) -> list[Fault]:
-    """Return the faults that keep a document from ever being handed to MuJoCo."""
+    """Return the faults because of which a document must not be passed to MuJoCo."""
     return [*check_forbidden(document.root), *check_requested_sizes(document.root, limits)]
 
 
 def check_document(document: Document) -> list[Fault]:
-    """Return the faults of elements, attributes and names, in the order of their lines."""
+    """Return the faults of elements, attributes and names, ordered by line."""
     checks = (check_schema, duplicate_names, undefined_references, check_fromto, check_finite)
     found = chain.from_iterable(islice(check(document.root), _MOST_FAULTS) for check in checks)
     return sorted(found, key=lambda fault: fault.line or 0)
 
 
 def canonical(root: Element) -> tuple[str, list[Element]]:
-    """Return the document as text with one tag to a line, and the element of each line.
+    """Return the document as text with one tag per line, and the element of each line.
 
-    MuJoCo gets this text and never the original: what was checked is then exactly what is compiled, whatever its own
-    parser would have made of comments, CDATA or odd quoting, and a line in its messages names one element.
+    MuJoCo compiles this text and never the original. So it compiles exactly what was checked, however its own parser
+    treats comments, CDATA or unusual quoting, and a line number in its messages identifies one element.
     """
     lines: list[str] = []
     owners: list[Element] = []
@@ -216,13 +217,13 @@ def _parse(body: str, first_line: int, limits: SizeLimits) -> Element:
 
 
 def _extract_document(text: str) -> tuple[str, int, tuple[str, ...]]:
-    """Return the document, the line it begins in, and a note when something else stood around it."""
+    """Return the text of the document, its first line number, and a note if there was text around it."""
     text = text.removeprefix("\ufeff")
     start, end = 0, len(text)
     blocks = [block for block in _FENCED.finditer(text) if _FIRST_TAG.search(block[1])]
     if blocks:
         start, end = max((block.span(1) for block in blocks), key=lambda span: span[1] - span[0])
-    # Comments may hold anything, an example document too, and must not be mistaken for the beginning or the end.
+    # A comment may contain tags of another document, which must not be mistaken for the beginning or the end.
     visible = blanked(text, COMMENT, CDATA)
     first = _FIRST_TAG.search(visible, start, end)
     if first is None:

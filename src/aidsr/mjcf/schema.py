@@ -1,4 +1,4 @@
-"""The schema of MJCF as the installed MuJoCo prints it, and the check of a document against it."""
+"""MJCF schema of the installed MuJoCo version, and the check of a document against it."""
 
 from __future__ import annotations
 
@@ -25,23 +25,26 @@ _LIKE_BODY = {
     "frame": frozenset({"name", "childclass", "pos", "scale", "scaling", "massscale"}) | _ORIENTATION,
     "replicate": frozenset({"count", "offset", "euler", "sep", "childclass"}),
 }
-"""MuJoCo lets these stand wherever a body may and ignores attributes of theirs that it does not know, so they are the
-one part of the schema that has to be written down. Source: MuJoCo XML reference, "frame", "replicate", version 3.17.
+"""Elements that MuJoCo allows wherever a body is allowed, and their attributes. MuJoCo ignores unknown attributes of
+these elements, so this is the only part of the schema that must be defined here.
+
+Source: MuJoCo XML reference, "frame", "replicate", version 3.17.
 """
 
 
 @dataclass(frozen=True, eq=False)
 class ElementSchema:
-    """What one element may hold."""
+    """Allowed attributes and children of an element."""
 
     name: str
+    """Tag of the element."""
     once: bool
-    """Whether it may stand at most once in its parent."""
+    """Whether it may occur at most once in its parent."""
     attributes: frozenset[str]
     children: dict[str, ElementSchema] = field(default_factory=dict)
 
     def walk(self) -> Iterator[ElementSchema]:
-        """Yield this schema and that of everything that can stand inside, each once."""
+        """Yield this schema and the schemas of all possible descendants, each once."""
         seen: set[ElementSchema] = set()
         waiting = [self]
         while waiting:
@@ -82,20 +85,20 @@ def mjcf_schema() -> ElementSchema:
 
 @cache
 def childless() -> frozenset[str]:
-    """Return the names of elements that hold nothing, wherever they stand; plugins, which are refused, do not count."""
+    """Return the tags of elements that never have children, apart from plugins, which are forbidden here."""
     holding = {schema.name for schema in mjcf_schema().walk() if schema.children.keys() - {"plugin"}}
     return frozenset(schema.name for schema in mjcf_schema().walk()) - holding - FORBIDDEN_ELEMENTS.keys()
 
 
 @cache
 def actuator_elements() -> tuple[str, ...]:
-    """Return the elements that describe an actuator, sorted, without those of plugins."""
+    """Return the tags of actuator elements, sorted, without plugins."""
     return tuple(sorted(mjcf_schema().children["actuator"].children.keys() - {"plugin"}))
 
 
 @cache
 def range_flags() -> dict[tuple[str, str], str]:
-    """Return which attribute says whether a range holds, by element and range: limited for the range of a joint."""
+    """Return the attribute that switches a range on, by (tag, range attribute), such as limited for a joint's range."""
     return {
         (schema.name, name): flag
         for schema in mjcf_schema().walk()
@@ -108,7 +111,7 @@ def range_flags() -> dict[tuple[str, str], str]:
 
 
 def check_schema(root: Element) -> Iterator[Fault]:
-    """Yield a fault for each element, attribute and repetition that the schema of MJCF does not allow."""
+    """Yield a fault for each element, attribute and repeated element that the schema of MJCF does not allow."""
     yield from _check(root, mjcf_schema())
 
 
@@ -131,7 +134,7 @@ def _check(element: Element, schema: ElementSchema) -> Iterator[Fault]:
 
 
 _RENAMED = {("camera", "orthographic"): 'write projection="orthographic" for true'}
-"""What to write for attributes that MuJoCo gave another name. Source: XML reference, camera/projection."""
+"""Corrections for attributes that MuJoCo has renamed. Source: XML reference, camera/projection."""
 
 
 def _unknown_attribute(element: Element, attribute: str, schema: ElementSchema) -> Fault:
@@ -169,9 +172,10 @@ def _cure_of_element(tag: str, schema: ElementSchema) -> str:
 
 
 def _nearest(name: str, right: Iterable[str]) -> str:
-    """Return the right name that a misspelt one most likely stands for, or nothing.
+    """Return the name among `right` that a misspelt name most likely stands for, or "".
 
-    Our choice of 0.75: it joins ctrl_range to ctrlrange and stifness to stiffness, and keeps mass and class apart.
+    Our choice: with a cutoff of 0.75, ctrl_range matches ctrlrange and stifness matches stiffness, but mass does not
+    match class.
     """
     return closest_name(name.lower().replace("_", ""), right, cutoff=0.75)
 

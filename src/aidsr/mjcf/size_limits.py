@@ -1,4 +1,4 @@
-"""How much an untrusted document may ask for, counted before anything is built."""
+"""Limits on the size of an untrusted document and of the model it describes, checked before anything is compiled."""
 
 from __future__ import annotations
 
@@ -15,35 +15,39 @@ from aidsr.mjcf.names import LISTS, REFERENCES
 
 @dataclass(frozen=True)
 class SizeLimits:
-    """The largest document that is read.
+    """Largest allowed sizes of a document.
 
     Our choice: at least ten times the largest robot of the benchmark, and small enough to compile within seconds;
     MuJoCo needs 5 s for 90,000 replicated geoms and more than 40 s for 20,000 free bodies.
     """
 
     characters: int = 4 * 2**20
+    """Characters of the text."""
     elements: int = 20_000
+    """Elements in the text."""
     depth: int = 200
+    """Depth of nested elements."""
     attributes: int = 100
-    """Of one element; no element of MJCF has more than 40."""
+    """Attributes of one element; no element of MJCF has more than 40."""
     name_characters: int = 500
-    """In a name, and where one is used."""
+    """Characters in a name or in a reference to a name."""
     bodies: int = 2_000
+    """Bodies after replication."""
     parts: int = 20_000
-    """Geoms, joints, sites and the like after replication, and the points of a composite or flexcomp."""
+    """Geoms, joints, sites and other parts after replication, including the points of a composite or flexcomp."""
     numbers: int = 50_000
-    """In one attribute."""
+    """Numbers in one attribute."""
     keyframes: int = 100
     texels: int = 2**25
-    """Of all textures together: one of 4096 x 4096 and another as large, or a cube of 2364 x 2364."""
+    """Texels of all textures together: two textures of 4096 x 4096, or a cube of 2364 x 2364."""
     samples: int = 2**22
-    """Of all height fields together."""
+    """Samples of all height fields together."""
     delayed: int = 1_000_000
-    """Numbers that sensors and actuators keep for a delay (`nsample`), all together."""
+    """Numbers that all sensors and actuators together keep for a delay (`nsample`)."""
     rays: int = 10_000
-    """Of range finders that look through a camera, all together."""
+    """Rays of all range finders that use a camera together."""
     memory_mib: int = 1024
-    """What <size memory> may reserve."""
+    """Memory that <size memory> may reserve [MiB]."""
 
 
 _NAMES = frozenset({"name", "class", "prefix", "objname", "refname", *REFERENCES})
@@ -67,7 +71,8 @@ _LARGEST: dict[str, dict[str, float]] = {
     "option": {"iterations": 1e4, "ls_iterations": 1e4, "noslip_iterations": 1e4, "ccd_iterations": 1e4},
     "lengthrange": {"inttotal": 100},
 }
-"""Numbers by element and attribute that decide how much memory or time MuJoCo takes. Our choice: far above any need."""
+"""Largest values of attributes that determine MuJoCo's memory or time, by element and attribute. Our choice: far above
+any need."""
 _LARGEST_ANYWHERE = {"nsample": 1e4} | {
     f"nuser_{kind}": 1000.0 for kind in ("body", "jnt", "geom", "site", "cam", "tendon", "actuator", "sensor")
 }
@@ -81,7 +86,7 @@ _MEMORY = re.compile(r"\s*\+?(\d+)\s*([KMGTPE]?)\s*", re.IGNORECASE)
 
 
 def check_tree_size(root: Element, limits: SizeLimits) -> Iterator[Fault]:
-    """Yield a fault when the document has too many or too deeply nested elements."""
+    """Yield a fault for too many elements, for too deep nesting, for too many attributes, and for too long a name."""
     count = sum(1 for _ in elements(root))
     if count > limits.elements:
         yield _over(root, "elements", count, limits.elements)
@@ -104,7 +109,7 @@ def check_tree_size(root: Element, limits: SizeLimits) -> Iterator[Fault]:
 
 
 def check_requested_sizes(root: Element, limits: SizeLimits) -> Iterator[Fault]:
-    """Yield a fault for each size in the document that would take too much memory or time."""
+    """Yield a fault for each size that the document requests and that would take too much memory or time."""
     keyframes = list(elements(root, "key"))
     if len(keyframes) > limits.keyframes:
         yield _over(keyframes[-1], "keyframes", len(keyframes), limits.keyframes)
@@ -128,14 +133,14 @@ def _over(element: Element, what: str, found: float, limit: float) -> Fault:
 
 
 def _generates_too_much(root: Element, limits: SizeLimits) -> Iterator[Fault]:
-    """Yield a fault for the innermost element that is too much after replication."""
+    """Yield a fault for each innermost element that has too many bodies or parts after replication."""
     built: dict[Element, tuple[float, float]] = {}
     for element in reversed(list(elements(root))):  # children before their parents
         inside = [built[child] for child in element if child in built]
         bodies, parts = sum(count[0] for count in inside), sum(count[1] for count in inside)
         if element.tag in _GENERATORS:
             asked = math.prod(max(1.0, number) for number in numbers(element.get("count", "1")))
-            # an empty <replicate> takes as long to carry out as one with a part
+            # an empty <replicate> takes as long to compile as one with one part
             inside_parts = max(parts, 1.0)
             bodies, parts = (bodies * asked, inside_parts * asked) if element.tag == "replicate" else (asked, asked)
         built[element] = (bodies + (element.tag == "body"), parts + (element.tag in _PARTS))
@@ -152,7 +157,7 @@ def _exceeds(built: tuple[float, float], limits: SizeLimits) -> bool:
 
 
 def _totals_too_much(root: Element, limits: SizeLimits) -> Iterator[Fault]:
-    """Yield a fault at the element with which a kind of asset or buffer takes too much of all together."""
+    """Yield a fault at the element with which the total size of one kind of asset or buffer exceeds its limit."""
     classes = default_classes(root)
     rays = {element.get("name"): _product(element, "resolution", classes) for element in elements(root, "camera")}
     totals: dict[str, Iterator[tuple[Element, float]]] = {
@@ -178,14 +183,14 @@ def _totals_too_much(root: Element, limits: SizeLimits) -> Iterator[Fault]:
 
 
 def _texels(texture: Element, classes: Mapping[str, Element]) -> float:
-    """Return how many points a texture has; a cube has six square sides, whatever height is written."""
+    """Return the number of texels of a texture; a cube has six square sides, whatever its height attribute says."""
     kind, width = setting(texture, "type", classes), _product(texture, "width", classes)
     flat = kind is not None and kind.value == "2d"
     return width * (_product(texture, "height", classes) if flat else 6 * width)
 
 
 def _product(element: Element, attribute: str, classes: Mapping[str, Element], absent: float = 1.0) -> float:
-    """Return the product of an attribute's numbers, each at least 1."""
+    """Return the product of an attribute's numbers, each counted as at least 1; `absent` if it is not set."""
     found = setting(element, attribute, classes)
     read = numbers(found.value) if found else []
     return math.prod(max(1.0, number) for number in read) if read else absent

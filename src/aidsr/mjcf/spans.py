@@ -1,7 +1,7 @@
-"""Comments and the like in a text that need not be XML, found in a time proportional to the text.
+"""Search for comments, CDATA and similar constructs in a text that may not be valid XML, in linear time.
 
-A pattern such as `<!--.*?-->` alone looks through the whole rest of the text for each opening that is never closed:
-80 kB of them take half a minute.
+A simple pattern such as `<!--.*?-->` searches the whole rest of the text for each opening that is never closed: 80 kB
+of such openings take half a minute.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ _RESTS = {
     INSTRUCTION: re.compile(r".*?\?>", re.DOTALL),
     DOCTYPE: re.compile(r"[^\[>]*+(?:>|\[.*?\]\s*+>)", re.DOTALL),
 }
-"""What follows an opening, up to the end of the construct."""
+"""Patterns of the text from after the opening to the end of the construct."""
 
 
 def spans(text: str, *openings: str) -> Iterator[tuple[int, int]]:
-    """Yield start and end of each construct with one of these openings; one that is never closed is left out."""
+    """Yield start and end of each construct with one of these openings; constructs that are not closed are skipped."""
     wanted = re.compile("|".join(map(re.escape, openings)))
     unclosed = set[str]()
     position = 0
@@ -35,7 +35,7 @@ def spans(text: str, *openings: str) -> Iterator[tuple[int, int]]:
 
 
 def blanked(text: str, *openings: str) -> str:
-    """Return a text with spaces in place of these constructs; lines and columns stay what they were."""
+    """Return a text with these constructs replaced by spaces, so that line and column numbers do not change."""
     return replaced(text, lambda _, inside: re.sub(r"[^\n]", " ", inside), *openings)
 
 
@@ -48,9 +48,9 @@ def replaced(text: str, replacement: Callable[[int, str], str], *openings: str) 
     """Return a text with each of these constructs replaced.
 
     Args:
-        text: The text.
-        replacement: Called with the line in which a construct begins, from 1, and its text.
-        openings: Which constructs.
+        text: Text to search.
+        replacement: Function of the construct's first line number, from 1, and its text that returns the new text.
+        openings: Openings of the constructs to replace.
     """
     pieces, end, line = list[str](), 0, 1
     for start, stop in spans(text, *openings):

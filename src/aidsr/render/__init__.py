@@ -1,1 +1,1 @@
-"""Pictures and films of models, with OpenGL where there is any and ray casting where there is none."""
+"""Pictures and videos of models, by OpenGL if available and else by ray casting."""

@@ -1,4 +1,4 @@
-"""Cameras that show a whole robot with its surroundings, and nothing in front of it."""
+"""Placement of cameras so that the whole robot and its surroundings are visible, with nothing in front of them."""
 
 from __future__ import annotations
 
@@ -17,28 +17,28 @@ Array = NDArray[np.float64]
 
 _FOVY_DEG = 35.0  # our choice: MuJoCo's 45 degrees makes near parts look large
 _MARGIN = 1.08
-_SURROUNDINGS_RADII = 3.0  # environment within this many radii of the robot is wanted in the picture
-_MAX_WIDENING = 1.6  # and may make the framed region this much larger than the robot
+_SURROUNDINGS_RADII = 3.0  # the environment within this many radii of the robot should be in the picture
+_MAX_WIDENING = 1.6  # largest factor by which surroundings enlarge the framed region
 _AZIMUTHS_DEG = (125.0, 55.0, 90.0, 235.0, 305.0, 0.0, 180.0)  # in order of preference
 _ELEVATIONS_DEG = (-18.0, -40.0, -65.0)
-_SHADOW_RADII = 3.0  # radii around the centre in which shadows are sharp
-_PREFERENCE = 0.02  # share of visible geoms that a direction must gain over the one preferred to it
-_RAYS = 12  # in a row and in a column, by which is measured how large something is seen
-_WELL_SEEN = 0.5  # share of the largest that it is seen from any side, which is enough
-_SITE_SLACK = 0.02  # of the way to a site, before which nothing may stand: a mark lies on what carries it
-_ROOM_M = 0.1  # beside what is shown without a robot; our choice: half of what a built-in robot takes
-_MAX_TESTED_GEOMS = 60  # geoms at most whose visibility is tested
+_SHADOW_RADII = 3.0  # shadows are sharp within this many radii of the centre
+_PREFERENCE = 0.02  # additional share of visible geoms required to choose the next direction in the order
+_RAYS = 12  # rays in a row and in a column with which the apparent size of an object is measured
+_WELL_SEEN = 0.5  # sufficient apparent size / largest apparent size from any direction
+_SITE_SLACK = 0.02  # hits this close to a site / distance do not count: a site lies on the surface of its body
+_ROOM_M = 0.1  # room beside objects shown without a robot; our choice: half the size of a built-in robot
+_MAX_TESTED_GEOMS = 60  # largest number of geoms that are tested for visibility
 
 
 def frame_robot(model: mujoco.MjModel, states: Iterable[mujoco.MjData], view: View) -> mujoco.MjvCamera:
-    """Return a camera that shows the robot in all of these states.
+    """Return a camera that shows the robot in all of the given states.
 
-    Also sets the model's field of view and clipping planes to suit.
+    Also adjusts the model's field of view and clipping planes.
 
     Args:
         model: The compiled model.
-        states: One or more states with kinematics computed; the last also decides from which side to look.
-        view: From where to look; what is None is chosen.
+        states: One or more states with kinematics computed; the viewing direction is chosen for the last one.
+        view: Viewing direction and other options; angles that are None are chosen.
     """
     if view.authored:
         camera = mujoco.MjvCamera()
@@ -61,16 +61,16 @@ def frame_robot(model: mujoco.MjModel, states: Iterable[mujoco.MjData], view: Vi
 
 
 def aim(model: mujoco.MjModel, data: mujoco.MjData, centre: Array, radius: float, view: View) -> mujoco.MjvCamera:
-    """Return a camera that shows a sphere in the world, from the side from which most of what is in it is visible.
+    """Return a camera that shows a sphere in the world, from the direction in which most geoms in it are visible.
 
-    Also sets the model's field of view and clipping planes to suit.
+    Also adjusts the model's field of view and clipping planes.
 
     Args:
         model: The compiled model.
-        data: The state that decides from which side to look.
-        centre: Of the sphere, (3,) [m].
-        radius: Of the sphere [m].
-        view: From where to look; what is None is chosen.
+        data: The state for which the viewing direction is chosen.
+        centre: Centre of the sphere (3,) [m].
+        radius: Radius of the sphere [m].
+        view: Viewing direction and other options; angles that are None are chosen.
     """
     model.vis.global_.fovy = _FOVY_DEG
     camera = mujoco.MjvCamera()
@@ -85,7 +85,7 @@ def aim(model: mujoco.MjModel, data: mujoco.MjData, centre: Array, radius: float
 
 
 def robot_corners(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """Return the corners of the boxes around the robot's shapes in world coordinates, (n, 3) [m]."""
+    """Return the corners of the bounding boxes of the robot's geoms in world coordinates, (n, 3) [m]."""
     return _corners(model, data, _robot_geoms(model))
 
 
@@ -97,7 +97,10 @@ def bounding_sphere(points: Array) -> tuple[Array, float]:
 
 
 def _robot_geoms(model: mujoco.MjModel) -> list[int]:
-    """Return the geoms of the robot; of what moves where nothing is marked as robot; of all where nothing moves."""
+    """Return the solid geoms of the robot.
+
+    Where no body is marked as robot, return those of all moving bodies; where no body moves, all solid geoms.
+    """
     owned = read_ownership(model)
     bodies = set(owned.bodies)
     if not owned.is_scene:
@@ -107,7 +110,7 @@ def _robot_geoms(model: mujoco.MjModel) -> list[int]:
 
 
 def _surrounding_geoms(model: mujoco.MjModel) -> list[int]:
-    """Return what of the environment is wanted in the picture: what moves, or all of it where nothing does."""
+    """Return the geoms of the environment that should be in the picture: moving ones, or all where none moves."""
     robot = set(_robot_geoms(model))
     others = [geom for geom in _solid(model) if geom not in robot]
     moving = [geom for geom in others if model.body_weldid[model.geom_bodyid[geom]] != 0]
@@ -115,7 +118,7 @@ def _surrounding_geoms(model: mujoco.MjModel) -> list[int]:
 
 
 def _solid(model: mujoco.MjModel) -> Iterator[int]:
-    """Yield the visible geoms that have an extent; a floor has none."""
+    """Yield the visible geoms of finite extent, which excludes planes and height fields."""
     endless = (int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD))
     for geom in range(model.ngeom):
         if int(model.geom_type[geom]) not in endless and int(model.geom_group[geom]) < 3:
@@ -123,7 +126,7 @@ def _solid(model: mujoco.MjModel) -> Iterator[int]:
 
 
 def _corners(model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int]) -> Array:
-    """Return the corners of the geoms' boxes in world coordinates, shape `(8 * len(geoms), 3)` [m]."""
+    """Return the corners of the geoms' bounding boxes in world coordinates, shape `(8 * len(geoms), 3)` [m]."""
     signs = np.array(list(product((-1, 1), repeat=3)), float)
     found = [np.zeros((0, 3))]
     for geom in geoms:
@@ -133,7 +136,7 @@ def _corners(model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int]) -> Ar
 
 
 def _with_room(corners: Array) -> Array:
-    """Return points around what is shown where no robot is yet, with room for one beside them."""
+    """Return points around objects that are shown without a robot, with room for a robot beside them."""
     return np.concatenate([corners - _ROOM_M, corners + _ROOM_M])
 
 
@@ -152,7 +155,7 @@ def _region(robot: Array, others: Array) -> tuple[Array, float]:
 def _direction(
     model: mujoco.MjModel, data: mujoco.MjData, camera: mujoco.MjvCamera, near: list[int], view: View
 ) -> tuple[float, float]:
-    """Return azimuth and elevation [deg] from which most is visible; between equals, the preferred."""
+    """Return azimuth and elevation [deg] of the best visibility; of equal directions, the first in the order."""
     azimuths = _AZIMUTHS_DEG if view.azimuth_deg is None else (view.azimuth_deg,)
     elevations = _ELEVATIONS_DEG if view.elevation_deg is None else (view.elevation_deg,)
     directions = [(azimuth, elevation) for elevation in elevations for azimuth in azimuths]
@@ -170,15 +173,18 @@ def _direction(
 
 @dataclass(frozen=True, eq=False)
 class _Shown:
-    """A body with all that it carries, or a site, that is to be in sight."""
+    """A body with its descendants, or a site, that must be visible."""
 
     corners: Array
-    """Around it, (n, 3) [m]."""
+    """Corners of its bounding boxes, or the position of the site, (n, 3) [m]."""
     geoms: frozenset[int]
-    """None of a site."""
+    """Numbers of its geoms; empty for a site."""
 
     def in_sight(self, model: mujoco.MjModel, data: mujoco.MjData, eye: Array) -> float:
-        """Return how large it is seen from a place: the share of rays into a ball around it that meet it first."""
+        """Return its apparent size from a position: the share of rays into its bounding sphere that hit it first.
+
+        For a site, return 1 if it is not hidden, else 0.
+        """
         centre, radius = bounding_sphere(self.corners)
         hit, way = np.zeros(1, np.int32), centre - eye
         far = float(np.linalg.norm(way))
@@ -196,7 +202,7 @@ class _Shown:
 
 
 def _shown(model: mujoco.MjModel, data: mujoco.MjData, view: View) -> list[_Shown]:
-    """Return what a view wants in sight; what is neither a body nor a site is left out."""
+    """Return the bodies and sites that a view must show; names of anything else are ignored."""
     found = []
     for name in view.shown:
         body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name)
@@ -221,9 +227,9 @@ def _camera_position(camera: mujoco.MjvCamera, azimuth_deg: float, elevation_deg
 
 
 def _visible_share(model: mujoco.MjModel, data: mujoco.MjData, eye: Array, robot: list[int], near: list[int]) -> float:
-    """Return the share of geoms that are in sight.
+    """Return the share of geoms that are visible.
 
-    What hides a part of the robot must be of the robot itself; before what is near it, another of both may stand.
+    A geom of the robot may be hidden only by the robot itself, a geom near it also by other geoms near it.
     """
     hit = np.zeros(1, np.int32)
     geoms = [*robot, *near]

@@ -1,4 +1,4 @@
-"""What `aidsr.render.pictures` does in its worker: load, simulate, draw, encode."""
+"""Worker side of `aidsr.render.pictures`: load, simulate, render and encode."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ _FRAMED_STATES = 12
 
 @dataclass(frozen=True)
 class Motion:
-    """What a film shows; see `aidsr.render.pictures.video`.
+    """A motion to show; for the fields see `aidsr.render.pictures.video`.
 
     Raises:
-        ValueError: It has both positions to show and controls to simulate.
+        ValueError: Both `qpos` and `ctrl` are given.
     """
 
     qpos: Sequence[Sequence[float]] | None
@@ -47,7 +47,7 @@ class Motion:
 
 
 def draw_picture(mjcf: str, width: int, height: int, view: View, highlighted: Sequence[str]) -> bytes:
-    """Return a model in its initial state as PNG."""
+    """Return a picture of a model in its initial state as PNG."""
     model = compile_for_display(parse_mjcf(mjcf))
     highlight(model, highlighted)
     mark_mounts(model, view.shown)
@@ -59,7 +59,7 @@ def draw_picture(mjcf: str, width: int, height: int, view: View, highlighted: Se
 
 
 def draw_filmstrip(mjcf: str, motion: Motion, count: int, width: int, height: int, view: View) -> bytes:
-    """Return several moments of a motion side by side as PNG."""
+    """Return `count` frames of a motion side by side as PNG."""
     loaded = load_mjcf(mjcf)
     positions = _positions(loaded.model, motion)
     chosen = np.linspace(0, len(positions) - 1, count).round().astype(int)
@@ -84,9 +84,9 @@ def draw_video(mjcf: str, motion: Motion, width: int, height: int, view: View) -
 
 
 def _canvas(model: mujoco.MjModel, width: int, height: int, *, see_through: bool = False) -> Canvas | RayCanvas:
-    """Return what draws a still picture soonest.
+    """Return the fastest renderer for a single picture.
 
-    A processor casts rays in half the time that OpenGL in software takes; only OpenGL draws what one sees through.
+    Ray casting takes half the time of OpenGL in software; only OpenGL supports transparency (`see_through`).
     """
     try:
         if see_through or (has_graphics_card() and not in_software(renderer())):
@@ -97,14 +97,14 @@ def _canvas(model: mujoco.MjModel, width: int, height: int, *, see_through: bool
 
 
 class _Film:
-    """Frames of a motion, and the camera that shows them: it stands still, or follows a robot that travels.
+    """Frames of a motion and their camera, which is fixed or follows a robot that travels.
 
     Args:
-        model: The compiled model; what a camera needs of it is set here, before a canvas is made.
-        positions: The whole motion, (n_frames, nq).
-        chosen: Numbers of the frames to draw.
-        frames_per_s: Frames of the motion in a second.
-        view: From where to look.
+        model: The compiled model; its field of view and clipping planes are set here, before a canvas is made.
+        positions: Positions of the whole motion (n_frames, nq).
+        chosen: Numbers of the frames to render.
+        frames_per_s: Frames of the motion per second.
+        view: Viewing direction.
     """
 
     def __init__(
@@ -123,7 +123,7 @@ class _Film:
         self._camera = self._travel.camera(view) if self._travel else frame_robot(model, self._states(some), view)
 
     def pictures(self, draw: Callable[[mujoco.MjData, mujoco.MjvCamera], _Pixels]) -> Iterator[_Pixels]:
-        """Yield the chosen frames; where the camera follows, with the time and the robot's distance from its start."""
+        """Yield the chosen frames, captioned with time and distance from the start if the camera follows the robot."""
         for number, data in zip(self._chosen, self._states(self._positions[self._chosen]), strict=True):
             if self._travel is None:
                 yield draw(data, self._camera)
@@ -140,7 +140,7 @@ class _Film:
 
 
 def describe_graphics() -> str:
-    """Return in one sentence how pictures are drawn here."""
+    """Return in one sentence how pictures are rendered on this machine."""
     try:
         name = renderer()
     except NoOpenGLError as error:
@@ -151,7 +151,7 @@ def describe_graphics() -> str:
 
 
 def _positions(model: mujoco.MjModel, motion: Motion) -> _Positions:
-    """Return the positions of a motion, shape `(n_frames, nq)`, up to where they stop being finite."""
+    """Return the positions of a motion, shape `(n_frames, nq)`, up to the first frame that is not finite."""
     if motion.qpos is not None:
         positions = np.array(motion.qpos, float)
     else:
@@ -162,7 +162,10 @@ def _positions(model: mujoco.MjModel, motion: Motion) -> _Positions:
 
 
 def _swing_controls(model: mujoco.MjModel, motion: Motion) -> NDArray[np.float64]:
-    """Return controls that swing each actuator of the robot, a little behind the one before; the rest hold still."""
+    """Return controls that swing each actuator of the robot, with phase lags; other actuators get zero control.
+
+    Zero is clipped to an actuator's control range.
+    """
     times = np.arange(round(motion.seconds * motion.frames_per_s)) / motion.frames_per_s
     limited = model.actuator_ctrllimited.astype(bool)
     low = np.where(limited, model.actuator_ctrlrange[:, 0], -1.0)
@@ -191,7 +194,7 @@ def _simulate(model: mujoco.MjModel, ctrl: NDArray[np.float64], frames_per_s: fl
 def _draw_caption(pixels: _Pixels, caption: str) -> _Pixels:
     """Return a picture with a line of text in its lower left corner."""
     picture = Image.fromarray(pixels)
-    size = picture.height / 12  # our choice: still read in a strip of small pictures
+    size = picture.height / 12  # our choice: readable in a strip of small pictures
     place = (size / 2, picture.height - size / 2)
     font = ImageFont.load_default(size)
     ImageDraw.Draw(picture).text(place, caption, "white", font, anchor="ld", stroke_width=2, stroke_fill="black")
@@ -205,7 +208,7 @@ def _png(pixels: _Pixels) -> bytes:
 
 
 def _mp4(pictures: Iterator[_Pixels], frames_per_s: float) -> bytes:
-    import av  # pictures do without
+    import av  # not needed for pictures
 
     file = io.BytesIO()
     with av.open(file, "w", format="mp4") as container:
@@ -214,7 +217,7 @@ def _mp4(pictures: Iterator[_Pixels], frames_per_s: float) -> bytes:
             if stream is None:
                 stream = container.add_stream("libx264", rate=Fraction(frames_per_s).limit_denominator(1000))
                 stream.height, stream.width = pixels.shape[:2]
-                stream.pix_fmt = "yuv420p"  # the one that every browser plays
+                stream.pix_fmt = "yuv420p"  # the format that every browser plays
                 stream.options = {"crf": "22", "preset": "veryfast"}
             container.mux(stream.encode(av.VideoFrame.from_ndarray(pixels, format="rgb24")))
         if stream is not None:

@@ -1,4 +1,4 @@
-"""Parts of a model in red and the rest of the robot faded, so that a picture shows where something is wrong."""
+"""Highlighting of parts of a model in red, with the rest of the robot faded, to show the location of a fault."""
 
 from __future__ import annotations
 
@@ -13,20 +13,21 @@ from aidsr.sim.structure import name_of
 _LIT = np.array([0.89, 0.20, 0.11])
 _FADED = np.array([0.66, 0.69, 0.70])
 _FADING = 0.75
-"""Share of grey in the rest of the robot."""
+"""Share of grey in the colours of the rest of the robot."""
 _LIT_WIDTH = 2.0
 _SEEN_THROUGH = 0.3
-"""Opacity of faded parts around a lit tendon, most of which run inside. Ray casting knows no opacity."""
+"""Opacity of faded parts around a highlighted tendon; most tendons run inside. Ray casting has no transparency."""
 _TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
 _JOINTS = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
 _OF_A_BODY = ("joint of ", "geom of ")
-"""How a part without a name is called after its body."""
+"""Prefixes in the names of unnamed joints and geoms, which are named after their body."""
 
 
 def highlight(model: mujoco.MjModel, names: Collection[str]) -> None:
-    """Colour the robot's parts that bear one of some names, or the tendons and joints that such actuators pull.
+    """Highlight the parts with the given names; for an actuator, its tendon or joint.
 
-    A body is lit with its own geoms. Where nothing bears a name, nothing changes.
+    A body is highlighted by its own geoms, a joint or site by those of its body. If no part has one of the names,
+    nothing changes.
     """
     wanted = {name.removeprefix(prefix) for name in names for prefix in ("", *_OF_A_BODY)}
     tendons = _named(model, "TENDON", model.ntendon, wanted)

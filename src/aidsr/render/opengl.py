@@ -1,7 +1,7 @@
-"""A canvas to draw on off-screen with OpenGL, where the machine has it.
+"""Off-screen rendering with OpenGL, on machines that have it.
 
-MuJoCo chooses its OpenGL when it is imported, which costs 0.3 s and fails where the libraries are missing. A worker
-therefore imports MuJoCo without any, and this module adds the context when a picture is wanted.
+MuJoCo loads its OpenGL backend when it is imported, which takes 0.3 s and fails where the libraries are missing. A
+worker therefore imports MuJoCo without OpenGL, and this module creates the context when a picture is requested.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ _OFF = ("disable", "disabled", "off", "false", "0")
 
 
 class NoOpenGLError(Exception):
-    """There is no OpenGL to draw with; the message says why."""
+    """OpenGL is not available; the message says why."""
 
 
 class Canvas:
-    """An off-screen picture of a model, drawn as often as wanted.
+    """Off-screen OpenGL renderer of a model.
 
     Args:
         model: The compiled model.
@@ -39,7 +39,7 @@ class Canvas:
         height: Rows [px].
 
     Raises:
-        NoOpenGLError: There is no OpenGL to draw with.
+        NoOpenGLError: OpenGL is not available.
     """
 
     def __init__(self, model: mujoco.MjModel, width: int, height: int) -> None:
@@ -50,11 +50,17 @@ class Canvas:
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         self._scene = mujoco.MjvScene(model, _MAX_GEOMS)
         self._options = mujoco.MjvOption()
-        # Colours each tendon by its control, which hides the colour it was given.
+        # This flag would colour tendons by their control values and hide their own colours.
         self._options.flags[mujoco.mjtVisFlag.mjVIS_ACTUATOR] = False
 
     def draw(self, data: mujoco.MjData, camera: mujoco.MjvCamera, *, shadows: bool = True) -> NDArray[np.uint8]:
-        """Return the model in its current state as RGB values, shape `(height, width, 3)`."""
+        """Return a picture of the model as RGB values, shape `(height, width, 3)`.
+
+        Args:
+            data: State with kinematics computed.
+            camera: Camera to look from.
+            shadows: Whether to draw shadows and reflections.
+        """
         everything = mujoco.mjtCatBit.mjCAT_ALL
         mujoco.mjv_updateScene(self._model, data, self._options, None, camera, everything, self._scene)
         for flag in (mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_REFLECTION):
@@ -75,10 +81,10 @@ class Canvas:
 
 
 def renderer() -> str:
-    """Return what draws with OpenGL here, in its own words.
+    """Return the name of the OpenGL renderer on this machine.
 
     Raises:
-        NoOpenGLError: There is no OpenGL to draw with.
+        NoOpenGLError: OpenGL is not available.
     """
     return _renderer(_kinds())
 
@@ -95,26 +101,30 @@ def _renderer(kinds: Sequence[str]) -> str:
 
 
 def has_graphics_card() -> bool:
-    """Return whether a graphics card may be there, without loading OpenGL, which takes a third of a second.
+    """Return whether there may be a graphics card, without loading OpenGL, which takes a third of a second.
 
-    On Linux one that draws has a device file, of the kernel's own drivers or of NVIDIA's; elsewhere one is expected.
+    On Linux this checks for the device files of the kernel's drivers or NVIDIA's; on other systems it is always true.
     """
     return sys.platform != "linux" or any(Path(name).exists() for name in _CARDS)
 
 
 def in_software(name: str) -> bool:
-    """Return whether a renderer of this name draws with the processor, without a graphics card."""
+    """Return whether an OpenGL renderer of this name is a software renderer."""
     return any(word in name.lower() for word in _IN_SOFTWARE)
 
 
 def _window(width: int, height: int, kinds: Sequence[str]) -> Any:
-    """Return a current OpenGL context of the first kind that works here."""
+    """Return an OpenGL context, made current, of the first kind that works on this machine.
+
+    Raises:
+        NoOpenGLError: No kind works.
+    """
     reasons = []
     for kind in kinds:
         try:
             window = _context_class(kind)(width, height)
             window.make_current()
-        except Exception as error:  # each OpenGL binding fails in ways of its own; all mean that it is not there
+        except Exception as error:  # each binding raises its own exceptions; all mean that it is not available
             reasons.append(f"{kind}: {str(error).splitlines()[0] if str(error) else type(error).__name__}")
         else:
             return window

@@ -1,6 +1,6 @@
-"""Pictures and videos of models, drawn in a worker.
+"""Pictures and videos of models, rendered in an isolated worker process.
 
-A graphics card draws with OpenGL. Where there is none, `aidsr.render.raycasting` draws a picture in a fraction of a
+With a graphics card, OpenGL is used. Without one, `aidsr.render.raycasting` renders a picture in a fraction of a
 second; videos need OpenGL, which may be in software.
 """
 
@@ -24,7 +24,7 @@ def _rows(frames: Sequence[Sequence[float]]) -> list[list[float]]:
 
 
 Frames = Annotated[Sequence[Sequence[float]], PlainSerializer(_rows)]
-"""One row of numbers for each frame, shape `(n_frames, nq)` or `(n_frames, nu)`; NumPy arrays too."""
+"""One row of numbers for each frame, shape `(n_frames, nq)` or `(n_frames, nu)`; NumPy arrays are accepted too."""
 
 
 @isolated(limits=_PICTURE_LIMITS)
@@ -33,19 +33,19 @@ def picture(
 ) -> bytes:
     """Return a PNG picture of a robot or scene in its initial state.
 
-    The camera is put where the robot is seen whole, with what stands around it.
+    The camera shows the whole robot with its surroundings.
 
     Args:
-        mjcf: Robot or scene; names beginning "robot/" mark the robot in a scene.
+        mjcf: MJCF of a robot or scene; in a scene, names beginning with "robot/" mark the robot.
         width: Columns [px].
         height: Rows [px].
-        view: From where to look; chosen when not given.
+        view: Viewing direction; chosen automatically by default.
         highlighted: Names of bodies, joints, geoms, tendons and actuators to show in red, with the rest of the robot
             faded.
 
     Raises:
-        MjcfError: The text cannot be loaded.
-        IsolationError: Drawing ran past a limit.
+        MjcfError: The MJCF cannot be loaded.
+        IsolationError: Rendering exceeded a limit.
     """
     from aidsr.render.draw import draw_picture
 
@@ -65,7 +65,7 @@ def filmstrip(
     height: int = 240,
     view: View | None = None,
 ) -> bytes:
-    """Return a PNG picture of a motion: `count` moments of it side by side.
+    """Return a PNG picture with `count` frames of a motion side by side.
 
     The motion is given as in `video`.
     """
@@ -88,22 +88,22 @@ def video(
 ) -> bytes | None:
     """Return a motion as MP4 (H.264), or None where there is no OpenGL.
 
-    The camera follows a free robot that travels; the picture shows the time and the distance from its start.
+    The camera follows a free robot that travels; the frames then show the time and the distance from the start.
 
     Args:
-        mjcf: Robot or scene.
-        qpos: Positions to show, one row a frame, shape `(n_frames, nq)`.
-        ctrl: Controls to simulate from the initial state, one row a frame, shape `(n_frames, nu)`. Without `qpos` and
-            `ctrl` every actuator swings through its range, each a little behind the one before.
-        seconds: Length of that motion [s]; not used with `qpos` or `ctrl`.
-        frames_per_s: Frames, and rows of `qpos` or `ctrl`, in a second.
+        mjcf: MJCF of a robot or scene.
+        qpos: Positions to show, one row per frame, shape `(n_frames, nq)`.
+        ctrl: Controls to simulate from the initial state, one row per frame, shape `(n_frames, nu)`. Without `qpos` and
+            `ctrl`, every actuator swings through its range, each with a phase lag to the one before.
+        seconds: Length of this default motion [s]; not used with `qpos` or `ctrl`.
+        frames_per_s: Frames, and rows of `qpos` or `ctrl`, per second.
         width: Columns [px], rounded down to an even number.
         height: Rows [px], rounded down to an even number.
-        view: From where to look; chosen when not given.
+        view: Viewing direction; chosen automatically by default.
 
     Raises:
-        MjcfError: The text cannot be loaded.
-        IsolationError: Simulating or drawing ran past a limit.
+        MjcfError: The MJCF cannot be loaded.
+        IsolationError: Simulation or rendering exceeded a limit.
     """
     from aidsr.render.draw import Motion, draw_video
 
@@ -113,7 +113,7 @@ def video(
 
 @isolated(limits=_PICTURE_LIMITS)
 def gl_status() -> str:
-    """Return in one sentence how pictures are drawn here, for `aidsr doctor`."""
+    """Return in one sentence how pictures are rendered on this machine, for `aidsr doctor`."""
     from aidsr.render.draw import describe_graphics
 
     return describe_graphics()

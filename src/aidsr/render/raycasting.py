@@ -1,7 +1,7 @@
-"""Pictures without a graphics card, drawn with MuJoCo's own ray casting.
+"""Pictures without a graphics card, rendered by MuJoCo's ray casting.
 
-It shows no textures but those of floors, and needs nothing beyond MuJoCo itself, so that a machine without OpenGL still
-shows what was designed. `aidsr.render.draw` chooses between this and OpenGL.
+It needs nothing beyond MuJoCo itself, so that designs can be shown on a machine without OpenGL, and shows no textures
+except those of floors. `aidsr.render.draw` chooses between this and OpenGL.
 """
 
 from __future__ import annotations
@@ -17,18 +17,16 @@ from numpy.typing import NDArray
 
 _Array = NDArray[np.float64]
 _SKY_TOP, _SKY_BOTTOM = np.array([0.80, 0.87, 0.95]), np.array([0.97, 0.98, 0.99])
-_VISIBLE_GROUPS = np.array([1, 1, 1, 0, 0, 0], np.uint8)  # what MuJoCo's viewer shows when it opens
+_VISIBLE_GROUPS = np.array([1, 1, 1, 0, 0, 0], np.uint8)  # groups that MuJoCo's viewer shows by default
 _MAX_GEOMS = 10_000
-_WITHIN_PIXEL = np.array(
-    [0.25, 0.75]
-)  # where rays go through a pixel and axis at an edge; elsewhere through its middle
-_EDGE = 0.08  # change of colour from one pixel to the next that is smoothed; our choice: less is hardly seen as jagged
+_WITHIN_PIXEL = np.array([0.25, 0.75])  # positions of rays within a pixel along each axis, at edges; else its middle
+_EDGE = 0.08  # smallest colour difference of neighbouring pixels that is smoothed; our choice: less hardly looks jagged
 _AMBIENT, _DIFFUSE, _IN_SHADOW = 0.45, 0.55, 0.35
-_SHADOW_SLACK = 2e-3  # of the distance to the light; smaller values speckle
+_SHADOW_SLACK = 2e-3  # tolerance of shadow rays / distance to the light; smaller values cause speckles
 
 
 class RayCanvas:
-    """A picture of a model, drawn as often as wanted; used like `aidsr.render.opengl.Canvas`.
+    """Ray-casting renderer of a model, with the same interface as `aidsr.render.opengl.Canvas`.
 
     Args:
         model: The compiled model.
@@ -43,7 +41,12 @@ class RayCanvas:
         _remove_bounds(self._model)
 
     def draw(self, data: mujoco.MjData, camera: mujoco.MjvCamera) -> NDArray[np.uint8]:
-        """Return the model in a state with kinematics computed as RGB values, shape `(height, width, 3)`."""
+        """Return a picture of the model as RGB values, shape `(height, width, 3)`.
+
+        Args:
+            data: State with kinematics computed.
+            camera: Camera to look from.
+        """
         everything = mujoco.mjtCatBit.mjCAT_ALL
         mujoco.mjv_updateScene(self._model, data, mujoco.MjvOption(), None, camera, everything, self._scene)
         layers = [_Layer(self._model, data, self._geom_colours), *_routing(self._scene)]
@@ -70,7 +73,7 @@ class RayCanvas:
 
 
 class _Eye:
-    """Where a camera stands, and the rays through its picture."""
+    """Position of a camera, and the rays through its picture."""
 
     def __init__(self, scene: mujoco.MjvScene, aspect: float) -> None:
         view = mujoco.mjv_averageCamera(scene.camera[0], scene.camera[1])
@@ -81,7 +84,7 @@ class _Eye:
         self._right = aspect * np.cross(self._forward, self._up)
 
     def rays(self, x: _Array, y: _Array) -> _Array:
-        """Return unit vectors, (n, 3), through places of the picture: 0 is left and top, 1 is right and bottom."""
+        """Return unit vectors (n, 3) through points of the picture: 0 is left and top, 1 is right and bottom."""
         across, down = (2 * x - 1)[:, None], (2 * y - 1)[:, None]
         rays: _Array = self._forward + across * self._right - down * self._up
         rays /= np.sqrt(np.einsum("ij,ij->i", rays, rays))[:, None]
@@ -90,12 +93,12 @@ class _Eye:
 
 @dataclass(frozen=True, eq=False)
 class _Layer:
-    """A model whose geoms are seen.
+    """A model whose geoms are rendered.
 
     Attributes:
         model: The model.
         data: Its state.
-        colours: Of its geoms, (ngeom, 3).
+        colours: Colours of its geoms (ngeom, 3).
     """
 
     model: mujoco.MjModel
@@ -103,7 +106,7 @@ class _Layer:
     colours: _Array
 
     def cast(self, origin: _Array, rays: _Array) -> tuple[NDArray[np.int32], _Array, _Array]:
-        """Return the geom that each ray meets first (-1 for none), its distance and its surface normal there."""
+        """Return the geom that each ray hits first (-1 for none), its distance [m] and the surface normal there."""
         n = len(rays)
         geom, distance, normal = np.full(n, -1, np.int32), np.zeros(n), np.zeros(3 * n)
         mujoco.mj_multiRay(
@@ -113,7 +116,7 @@ class _Layer:
         return geom, distance, normal.reshape(-1, 3)
 
     def colours_at(self, geom: NDArray[np.int32], points: _Array) -> _Array:
-        """Return the colours of these geoms at these points of them, (n, 3)."""
+        """Return the colours (n, 3) of geoms at points on them."""
         colours = self.colours[geom]
         for floor in np.flatnonzero(self.model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE):
             on_it = np.flatnonzero(geom == floor)
@@ -124,12 +127,12 @@ class _Layer:
 
 
 def _texture_of_plane(model: mujoco.MjModel, plane: int, place: _Array) -> _Array:
-    """Return the texture of a plane at places on it, (n, 3) in [0, 1]: white where it has none.
+    """Return the texture colours of a plane at points on it, (n, 3) in [0, 1]; white without a texture.
 
     Args:
         model: The compiled model.
         plane: Number of the geom.
-        place: In the frame of the plane, (n, 2) [m].
+        place: Points in the frame of the plane (n, 2) [m].
     """
     material = model.geom_matid[plane]
     texture = model.mat_texid[material, int(mujoco.mjtTextureRole.mjTEXROLE_RGB)] if material >= 0 else -1
@@ -147,23 +150,23 @@ def _texture_of_plane(model: mujoco.MjModel, plane: int, place: _Array) -> _Arra
 
 
 def _remove_bounds(model: mujoco.MjModel) -> None:
-    """Let rays meet every geom, by bounds that hold all of space.
+    """Make all bounding boxes infinite, so that rays can hit every geom.
 
-    `mj_multiRay` (3.17) passes over a body whose bounds a ray misses. It puts these bounds where the body would be
-    without its rotation, and so loses the end of a post on a turned body; and they hold nothing that does not collide.
+    `mj_multiRay` (3.17) skips a body if a ray misses its bounds. It ignores the body's rotation when placing the
+    bounds, and so misses the end of a post on a rotated body. The bounds also exclude geoms that do not collide.
     """
     for body in np.flatnonzero(model.body_bvhnum):
         model.bvh_aabb[model.body_bvhadr[body], 3:] = np.inf
 
 
 class _Seen:
-    """What rays from an eye meet.
+    """The first hits of rays from a camera.
 
     Args:
-        layers: What there is to see.
-        eye: From where to look.
-        x: Places in the picture, from 0 at its left to 1 at its right, (n,).
-        y: The same from top to bottom, (n,).
+        layers: Models to render.
+        eye: Camera position and rays.
+        x: Horizontal positions in the picture, from 0 at the left to 1 at the right (n,).
+        y: Vertical positions, from 0 at the top to 1 at the bottom (n,).
     """
 
     def __init__(self, layers: list[_Layer], eye: _Eye, x: _Array, y: _Array) -> None:
@@ -180,13 +183,13 @@ class _Seen:
         self._points = eye.position + rays[self._hit] * self._distance[self._hit, None]
 
     def lamp(self) -> _Array:
-        """Return the place of one lamp above the eye, in proportion to how far away things are, (3,) [m]."""
+        """Return the position of a lamp above the camera, scaled with the distance of the visible points (3,) [m]."""
         middle = np.median(self._points, axis=0) if len(self._points) else self._eye.position
         lamp: _Array = self._eye.position + np.array([0.3, 0.4, 1.0]) * np.linalg.norm(middle - self._eye.position)
         return lamp
 
     def colours(self, lamp: _Array) -> _Array:
-        """Return what is seen in the light of a lamp, (n, 3)."""
+        """Return the colours of the rays in the light of a lamp (n, 3)."""
         fade = self._y[:, None]
         seen: _Array = (1 - fade) * _SKY_TOP + fade * _SKY_BOTTOM
         if len(self._hit):
@@ -198,11 +201,11 @@ class _Seen:
         return seen
 
     def _brightness(self, lamp: _Array) -> _Array:
-        """Return the brightness in [0, 1] of each point that was met."""
+        """Return the brightness in [0, 1] of each hit point."""
         towards = self._points - lamp
         reach = np.sqrt(np.einsum("ij,ij->i", towards, towards))
         towards /= reach[:, None]
-        geom, distance, _ = self._layers[0].cast(lamp, towards)  # routing is too thin for a shadow that one would see
+        geom, distance, _ = self._layers[0].cast(lamp, towards)  # tendons and sites are too thin for visible shadows
         lit = (geom < 0) | (distance > reach * (1 - _SHADOW_SLACK))
         lambert = np.clip(-np.einsum("ij,ij->i", self._normal[self._hit], towards), 0, 1)
         brightness: _Array = _AMBIENT + _DIFFUSE * lambert * np.where(lit, 1.0, _IN_SHADOW)
@@ -210,7 +213,7 @@ class _Seen:
 
 
 def _edges(picture: _Array) -> NDArray[np.bool_]:
-    """Return which pixels differ from one beside, above or below them, (height, width)."""
+    """Return which pixels differ from a neighbour by more than `_EDGE` (height, width)."""
     edges = np.zeros(picture.shape[:2], bool)
     across = (np.abs(picture[:, 1:] - picture[:, :-1]) > _EDGE).any(axis=2)
     down = (np.abs(picture[1:] - picture[:-1]) > _EDGE).any(axis=2)
@@ -229,7 +232,7 @@ def _geom_colours(model: mujoco.MjModel) -> _Array:
 
 
 def _routing(scene: mujoco.MjvScene) -> list[_Layer]:
-    """Return tendons and sites as a model of their own: rays meet geoms only, and these are not geoms."""
+    """Return tendons and sites as geoms of a separate model, because rays hit only geoms."""
     spec, colours = mujoco.MjSpec(), []
     for shape in scene.geoms[: scene.ngeom]:
         if shape.objtype not in (int(mujoco.mjtObj.mjOBJ_TENDON), int(mujoco.mjtObj.mjOBJ_SITE)) or shape.rgba[3] == 0:

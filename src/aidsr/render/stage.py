@@ -1,4 +1,4 @@
-"""A model prepared for display: light, sky, a floor with a scale, colours where the author gave none."""
+"""Preparation of a model for display: light, sky, a floor with a scale, and colours where the author gave none."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from aidsr.sim.ownership import read_ownership
 from aidsr.sim.placement import unused_name
 
 FLOOR_SQUARE_M = 0.1
-"""Side of the squares on a floor, so that a picture shows how large things are."""
+"""Side length of the squares on a floor, which show the scale of a picture."""
 
 _PLAIN = (0.5, 0.5, 0.5, 1.0)
-"""MuJoCo's colour where none was given. Source: MuJoCo XML reference, body/geom/rgba."""
+"""MuJoCo's default colour. Source: MuJoCo XML reference, body/geom/rgba."""
 _BASE, _TIP = np.array([0.14, 0.31, 0.55]), np.array([0.38, 0.72, 0.80])
 _SURROUNDINGS = np.array([0.80, 0.77, 0.71])
 _TENDON = np.array([0.86, 0.33, 0.10])
 _PLAIN_TENDON_WIDTH_M = 0.003
-_TENDON_WIDTH = 0.003  # of the model's extent, and at most what MuJoCo draws
+_TENDON_WIDTH = 0.003  # width / extent of the model, for tendons of default width; at most the default width
 _MOUNT_RGBA, _MOUNT_M = (0.15, 0.65, 0.25, 1.0), 0.012
 _SKY = "aidsr_sky"
 _FLOOR = "aidsr_floor"
 
 
 def compile_for_display(spec: mujoco.MjSpec) -> mujoco.MjModel:
-    """Return the specification compiled for display; it is changed in place, its physics is not."""
+    """Compile a specification for display; it is changed in place, but not its physics."""
     _give_sky_and_floor(spec)
     _give_light(spec)
     model = spec.compile()
@@ -94,7 +94,7 @@ def _is_plain(rgba: np.ndarray) -> bool:
 
 
 def mark_mounts(model: mujoco.MjModel, shown: Sequence[str]) -> None:
-    """Show mounts that are asked for as green balls, where no robot stands on them yet."""
+    """Show the mounts among `shown` as green spheres in a model without a robot on a mount."""
     if read_ownership(model).is_scene:
         return
     for site in range(model.nsite):

@@ -1,4 +1,4 @@
-"""A camera that follows a robot which travels, near enough to see how it moves."""
+"""A camera that follows a travelling robot closely."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from aidsr.render.view import View
 from aidsr.sim.ownership import read_ownership
 
 _STATES = 25
-"""Moments at which the robot is looked for; between them the camera moves evenly. Our choice: it does not shake."""
+"""Number of frames in which the robot is located; the camera is interpolated between. Our choice: avoids shaking."""
 _TRAVELS = 1.5
-"""Radii of the robot that its middle must get away from where it began. Our choice."""
+"""Smallest distance from its start / radius of the robot, for a robot that travels. Our choice."""
 _ROOM = 1.9
-"""Radii of the robot that are shown. Our choice: what it comes to next is in the picture."""
+"""Radius of the region shown / radius of the robot. Our choice: shows what lies ahead of the robot."""
 _AHEAD = 0.5
-"""Radii by which the camera looks ahead of the robot. Our choice."""
+"""Distance by which the camera looks ahead of the robot / radius of the robot. Our choice."""
 
 
 @dataclass(frozen=True, eq=False)
 class Travel:
-    """The way of a free robot.
+    """The path of a free robot.
 
     Attributes:
         model: The compiled model.
-        data: Its state at the end of the way.
-        lookat_m: Where to look in each frame, (n_frames, 3).
-        distance_m: How far the robot's middle is from where it began, seen from above, (n_frames,).
-        radius_m: Of a sphere around the robot in any of its poses.
+        data: State at the end of the path.
+        lookat_m: Point at the centre of the picture in each frame (n_frames, 3).
+        distance_m: Horizontal distance of the robot's centre from its start in each frame (n_frames,).
+        radius_m: Largest radius of the robot's bounding sphere along the path.
     """
 
     model: mujoco.MjModel
@@ -40,17 +40,17 @@ class Travel:
     radius_m: float
 
     def camera(self, view: View) -> mujoco.MjvCamera:
-        """Return a camera at the end of the way; it is for the caller to move it to where it looks in each frame."""
+        """Return a camera for the end of the path; the caller must move it to `lookat_m` of each frame."""
         return aim(self.model, self.data, self.lookat_m[-1], _ROOM * self.radius_m, view)
 
 
 def track_robot(model: mujoco.MjModel, data: mujoco.MjData, positions: Array) -> Travel | None:
-    """Return the way of a robot, None where it is not free, stays where it is or cannot be seen.
+    """Return the path of a robot, or None if it has no free joint, does not travel or has no visible geoms.
 
     Args:
         model: The compiled model.
-        data: Room for a state; holds the last one afterwards.
-        positions: One row of `qpos` a frame, (n_frames, nq).
+        data: State that is overwritten; it holds the last frame afterwards.
+        positions: One row of `qpos` per frame (n_frames, nq).
     """
     bodies = set(read_ownership(model).bodies)
     free = model.jnt_type == mujoco.mjtJoint.mjJNT_FREE

@@ -1,4 +1,4 @@
-"""From where a picture looks."""
+"""Viewing direction of a picture."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class View:
-    """From where to look; what is None is chosen."""
+    """Viewing direction and other options of a picture; angles that are None are chosen automatically."""
 
     azimuth_deg: float | None = None
     elevation_deg: float | None = None
     closeness: float = 1.0
-    """Above 1 the camera comes nearer."""
+    """Factor by which the camera is closer than by default."""
     authored: bool = False
-    """From where the MJCF itself says to look (`visual/global`, `statistic`), for a place without a robot."""
+    """Whether to use the free camera that the MJCF itself defines (`visual/global`, `statistic`), for an environment
+    without a robot."""
     shown: tuple[str, ...] = ()
-    """Bodies and sites that must be in the picture, and in sight from where there is a side from which they are."""
+    """Names of bodies and sites that must be in the picture, and not hidden if there is such a viewing direction."""

@@ -1,4 +1,4 @@
-"""A model in MuJoCo's own viewer, or as a picture where there is no display."""
+"""Display of a model in MuJoCo's viewer, or as a picture where there is no display."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from aidsr.sandbox.isolated import isolated
 
 
 def view(mjcf: str, picture: Path) -> Path | None:
-    """Show a model and return when the viewer is closed; without a display, draw it.
+    """Show a model and return when the viewer is closed; without a display, write a picture of it.
 
-    The viewer is a process of its own, so that a model that brings it down takes nothing else with it.
+    The viewer runs in a separate process, so that a model that crashes it affects nothing else.
 
     Args:
-        mjcf: Robot or scene.
-        picture: Where to write the picture when there is no display.
+        mjcf: MJCF of a robot or scene.
+        picture: File for the picture, used only without a display.
 
     Returns:
-        The picture's path when one was drawn.
+        The path of the picture, or None if the viewer was shown.
 
     Raises:
-        MjcfError: The text cannot be loaded.
-        IsolationError: Loading or drawing ran past a limit.
-        UserError: There is a display and the viewer could not use it, or the picture cannot be written.
+        MjcfError: The MJCF cannot be loaded.
+        IsolationError: Loading or rendering exceeded a limit.
+        UserError: The viewer failed although there is a display, or the picture cannot be written.
     """
     if not has_display():
         drawn = pictures.picture(mjcf, width=1280, height=960)
@@ -59,7 +59,7 @@ def has_display() -> bool:
 
 @isolated
 def checked_document(mjcf: str) -> str:
-    """Return the document as it was checked, so that the viewer opens nothing else."""
+    """Return the canonical text of the checked document, so that the viewer opens exactly this document."""
     from aidsr.mjcf.compile import load_mjcf
     from aidsr.mjcf.read import canonical
 

@@ -1,4 +1,4 @@
-"""Where state lives: the folder of a run, its write-once files, its event logs, and its status computed from them."""
+"""Persistent state of runs: folders, write-once files, event logs, and the status computed from them."""
 
 from aidsr.runs.events import EventLog, read_events
 from aidsr.runs.folders import DesignFolder, IterationFolder, Run, new_run

@@ -1,4 +1,4 @@
-"""Compare two iterations of a design: what changed, and what became better or worse, in sentences."""
+"""Comparison of two iterations of a design, in words: what changed, and what became better or worse."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from aidsr.runs.status import newest
 
 
 class Attempted(Artifact):
-    """A design at one iteration: the newest of each file until then."""
+    """State of a design at one iteration: the newest version of each file up to it."""
 
     number: int
     concept: Concept | None
     robot: str
-    """MJCF, empty before there is any."""
+    """MJCF of the robot, empty before one exists."""
     placement: Placement | None
     report: ValidationReport | None
-    """Of the scene of this iteration, or of its robot if no scene was assembled."""
+    """Report on this iteration's scene, or on its robot where there is no report on a scene."""
     judged: bool | None
     """The Judge's verdict in this iteration."""
 
@@ -106,7 +106,7 @@ def _in_placement(before: Placement | None, after: Placement | None) -> Iterator
 
 
 def _by_faults(before: ValidationReport | None, after: ValidationReport | None) -> tuple[list[str], list[str]]:
-    """Return what became better and what became worse, by the errors of two reports."""
+    """Return what became better and what became worse, according to the errors in two reports."""
     if before is None or after is None:
         return [], []
     if before.stable and after.stable:
@@ -126,7 +126,10 @@ def _by_faults(before: ValidationReport | None, after: ValidationReport | None) 
 
 
 def _change(old: Fault | None, new: Fault | None) -> tuple[bool, str] | None:
-    """Return whether a measured fault came closer to its limit, and both numbers; None where nothing was measured."""
+    """Return whether a fault's measured value came closer to its limit, and a text with both values.
+
+    None where a value is missing or the values are equal.
+    """
     if old is None or new is None:
         return None
     values = (old.measured, new.measured, new.limit)

@@ -1,4 +1,4 @@
-"""Short texts of a run's events, shared by the terminal and the web app."""
+"""Short texts for a run's events, shared by the terminal and the web app."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ DOING = {
     "measured_again": "the best scene is measured again",
     "motion": "the motion is drawn",
 }
-"""Text of each step while it runs."""
+"""Text for each step while it runs."""
 _FOUND = {
     "concepts": "concepts",
     "concept": "new concept",
@@ -41,11 +41,11 @@ _FOUND = {
     "task_report": "tried on its task",
     "measured_again": "measured again",
 }
-"""The steps whose result a person wants to read, and what they looked at."""
+"""Steps whose results are shown, with a label for each."""
 
 
 def sentence(event: Event) -> str:
-    """Return what happened in a few words; empty for what a person watching need not read."""
+    """Return an event in a few words; empty for events that need not be shown."""
     match event:
         case StepDone(step=step, summary=summary) if step in _FOUND:
             return f"{_FOUND[step]}: {summary}"
@@ -70,7 +70,7 @@ def sentence(event: Event) -> str:
 
 
 def tried_text(body: Tried | BodyTried) -> str:
-    """Return what came of a body that was tried."""
+    """Return the result of a trial of a body in words."""
     came = "could not be simulated" if body.progress is None else f"progress {body.progress:.2f}"
     won = ", a motion succeeds" if body.succeeded else ""
     before = ", rejected by the Judge earlier, ranked again" if body.refused else ""

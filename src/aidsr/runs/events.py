@@ -1,6 +1,6 @@
-"""Events: order, time and errors, one JSON line each in an append-only events.jsonl. Content lives in files instead.
+"""Event logs with order, time and errors: append-only events.jsonl files with one JSON line for each event.
 
-Each log has one writer at a time: the run has one log, and each design has its own.
+Contents are in other files. The run has one log and each design has its own; each log has one writer at a time.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ Step = Literal[
     "measured_again",
     "motion",
 ]
-"""A step is named after the file it writes."""
+"""Steps, each named after the file that it writes."""
 
 
 def _with_offset(time: str) -> str:
-    """Check the time of an event; it is empty until the event is written."""
+    """Check that the time of an event has a UTC offset; it is empty until the event is written."""
     if time and datetime.fromisoformat(time).utcoffset() is None:
         raise ValueError(_NO_OFFSET)
     return time
@@ -51,7 +51,7 @@ _NO_OFFSET = "a time without its offset from UTC"
 
 class _Event(Artifact):
     time: Annotated[str, AfterValidator(_with_offset)] = ""
-    """ISO 8601 with zone; set by the log."""
+    """Time in ISO 8601 with UTC offset; set by the log."""
 
 
 class Started(_Event):
@@ -61,7 +61,7 @@ class Started(_Event):
 
 
 class StepStarted(_Event):
-    """A step whose file does not exist yet began."""
+    """A step started because its file does not exist yet."""
 
     kind: Literal["begun"] = "begun"
     step: Step
@@ -69,46 +69,47 @@ class StepStarted(_Event):
 
 
 class StepDone(_Event):
-    """The file of a step is written."""
+    """The file of a step was written."""
 
     kind: Literal["done"] = "done"
     step: Step
     iteration: int | None = None
     summary: str = ""
-    """What came out, in a few words: "stable", "2 faults: chatter, underdamped", "passed"."""
+    """Result in a few words: "stable", "2 faults: chatter, underdamped", "passed"."""
 
 
 class Tried(_Event):
-    """A Designer tried a body before proposing any."""
+    """A Designer tried a body before it proposed concepts."""
 
     kind: Literal["tried"] = "tried"
     name: str
     number: int
-    """Which of those tried, from 1 on; a body keeps it where it is tried again."""
+    """Number of the body, from 1; it stays the same when the body is tried again."""
     most: int
-    """How many are tried at most."""
+    """Largest number of bodies that are tried."""
     progress: float | None
-    """How far it came, 0 to 1; None where it could not be played."""
+    """Task progress reached, 0 to 1; None where the body could not be simulated."""
     succeeded: bool
+    """Whether a motion succeeded at the task."""
     seconds: float
-    """How long that took."""
+    """Duration of the trial [s]."""
     refused: bool = False
-    """Whether the Judge refused it before; it is tried again only where a resumed run ranks all bodies anew."""
+    """Whether the Judge rejected it earlier; it is then tried again only when a resumed run ranks all bodies anew."""
     motions: int = 0
-    """With how many motions it is tried again because it came far; 0 the first time, and in events of before."""
+    """Number of motions in a repeated trial of a body with much progress; 0 for a first trial and in older logs."""
 
 
 class Repaired(_Event):
-    """Code repaired unambiguous mistakes in the robot just written; the text and notes are in files."""
+    """Code repaired unambiguous mistakes in the new robot; the robot and notes on the repairs are in files."""
 
     kind: Literal["repaired"] = "repaired"
     iteration: int
     counts: dict[str, int]
-    """How often each kind of repair was made."""
+    """Number of repairs of each kind."""
 
 
 class NoPicture(_Event):
-    """A picture could not be drawn, and why."""
+    """A picture could not be drawn, for the given reason."""
 
     kind: Literal["no_picture"] = "no_picture"
     step: Step
@@ -117,14 +118,14 @@ class NoPicture(_Event):
 
 
 class Waiting(_Event):
-    """A person is asked; the answer is expected in the iteration's decision.json."""
+    """The design waits for a person's decision in the iteration's decision.json."""
 
     kind: Literal["waiting"] = "waiting"
     iteration: int
 
 
 class DecisionUnreadable(_Event):
-    """A decision.json is invalid; waiting continues."""
+    """A decision.json is invalid; the design continues to wait."""
 
     kind: Literal["decision_unreadable"] = "decision_unreadable"
     iteration: int
@@ -132,7 +133,7 @@ class DecisionUnreadable(_Event):
 
 
 class Decided(_Event):
-    """The person answered."""
+    """A person decided."""
 
     kind: Literal["decided"] = "decided"
     iteration: int
@@ -140,17 +141,18 @@ class Decided(_Event):
 
 
 class Stopped(_Event):
-    """Work ended before its outcome; resuming the run continues it."""
+    """Work ended before the outcome; the run can be resumed."""
 
     kind: Literal["stopped"] = "stopped"
     cause: Literal["error", "bug", "interrupted"]
-    """"error" is one of `aidsr.core.errors`, as one sentence; a "bug" keeps its traceback."""
+    """"error" is an exception of `aidsr.core.errors`, recorded as one sentence; "bug" is any other exception, recorded
+    with its traceback."""
     message: str
     traceback: str = ""
 
 
 class Finished(_Event):
-    """The outcome of a design is written; in the log of a run, all outcomes are."""
+    """The outcome of a design was written; in the log of a run, the outcomes of all designs were."""
 
     kind: Literal["finished"] = "finished"
     outcome: Outcome | None = None
@@ -173,14 +175,14 @@ Event = Annotated[
 _ADAPTER: TypeAdapter[Event] = TypeAdapter(Event)
 
 _GLANCES_S = (0.01, 0.05)
-"""Pauses before a log counts as taken [s]: `at_work` holds it for an instant when it looks."""
+"""Pauses between attempts to lock a log [s], since `at_work` holds the lock for a moment when it checks."""
 _SECRET_NAME = re.compile(r"KEY|TOKEN|SECRET|PASSWORD|CREDENTIAL", re.IGNORECASE)
 _SHORTEST_SECRET = 8
-"""Shorter values are words like "1" or "true"; our choice, so that ordinary text stays readable."""
+"""Length from which values are removed. Our choice: shorter values are words like "1" or "true" of ordinary text."""
 
 
 def without_secrets(text: str) -> str:
-    """Return `text` with the value of every secret-looking environment variable replaced by its name."""
+    """Return `text` with the value of every environment variable with a secret-like name replaced by that name."""
     for name, value in os.environ.items():
         if _SECRET_NAME.search(name) and len(value) >= _SHORTEST_SECRET:
             text = text.replace(value, f"[{name}]")
@@ -192,15 +194,15 @@ def _utc_now() -> datetime:
 
 
 class EventLog:
-    """The one writer of an events.jsonl. A second writer, in this or another process, is refused while it is open.
+    """The only writer of an events.jsonl. While it is open, a second writer in this or another process is refused.
 
     Args:
-        path: The events.jsonl; made if absent. A line that a killed writer left unfinished is cut off.
+        path: The events.jsonl; created if missing. An unfinished last line of a killed writer is cut off.
         listen: Called with each event after it is written.
-        now: The clock.
+        now: Clock.
 
     Raises:
-        UserError: Another process is at work here.
+        UserError: Another writer has the log open.
     """
 
     def __init__(
@@ -225,17 +227,17 @@ class EventLog:
             raise
 
     def write(self, event: Event) -> None:
-        """Append one event with the present time, then call the listener.
+        """Append one event with the current time, then call the listener.
 
         Raises:
-            StorageError: It cannot be written, as on a full disk.
+            StorageError: The event cannot be written, as on a full disk.
         """
         timed = event.model_copy(update={"time": self._now().isoformat(timespec="milliseconds")})
         self._append(timed.model_dump_json(exclude_none=True).encode() + b"\n")
         self._listen(timed)
 
     def _append(self, line: bytes) -> None:
-        """Write a whole line or nothing: a full disk takes the beginning of one."""
+        """Write a whole line or nothing; a partial line, as on a full disk, is removed again."""
         before = os.fstat(self._file).st_size
         with storage_errors(self._path):
             written = os.write(self._file, line)
@@ -253,10 +255,14 @@ class EventLog:
 
 
 def _lock(file: int, path: Path) -> None:
-    """Take the log for this process until it is closed; the system gives it back when the process dies."""
+    """Lock the log until it is closed; the system releases the lock when the process ends.
+
+    Raises:
+        UserError: Another writer holds the lock.
+    """
     try:
         import fcntl
-    except ImportError:  # Windows has no flock: there, nothing keeps two processes from one run
+    except ImportError:  # Windows has no flock: there, nothing prevents two processes from working on one run
         return
     try:
         for pause_s in (*_GLANCES_S, None):
@@ -271,12 +277,12 @@ def _lock(file: int, path: Path) -> None:
     except BlockingIOError:
         raise UserError(f"another process is at work on {path.parent}; wait for it or end it, then try again") from None
     except OSError as error:
-        if error.errno not in (errno.ENOLCK, errno.ENOTSUP):  # file systems without locks: as on Windows
+        if error.errno not in (errno.ENOLCK, errno.ENOTSUP):  # file systems without locks are treated like Windows
             raise
 
 
 def at_work(path: Path) -> bool | None:
-    """Whether a process of this machine has a log open for writing; None where the system cannot answer."""
+    """Whether a process on this machine has a log open for writing; None where the system cannot tell."""
     try:
         import fcntl
     except ImportError:  # as in `_lock`
@@ -294,10 +300,10 @@ def at_work(path: Path) -> bool | None:
 
 
 def read_events(path: Path) -> tuple[Event, ...]:
-    """Return the events in order; none if the file is absent. An unfinished last line is left out.
+    """Return the events in order, or none if the file is missing. An unfinished last line is ignored.
 
     Raises:
-        UserError: A finished line is not an event.
+        UserError: A complete line is not an event.
     """
     try:
         content = path.read_bytes()
@@ -316,11 +322,11 @@ def read_events(path: Path) -> tuple[Event, ...]:
 
 
 def working_time_s(events: Sequence[Event], until: datetime | None = None) -> float:
-    """Return how long a process worked [s]: without pauses between processes, and without waiting for a person.
+    """Return the working time [s], without pauses between processes and without waiting for a person.
 
     Args:
-        events: One log, in order.
-        until: Also count from the last event to this time, for work in progress.
+        events: Events of one log, in order.
+        until: Time up to which work in progress is counted; None counts up to the last event.
     """
     total_s = 0.0
     for before, after in itertools.pairwise(events):

@@ -1,7 +1,7 @@
-"""Files that are written once.
+"""Write-once files.
 
-A file of a run is either absent or whole: its bytes go to a temporary file in the same folder, reach the disk, and are
-then renamed. Killing the process at any instant leaves at most a temporary file behind, which no reader looks at.
+A file of a run is either absent or complete: its content is written to a temporary file in the same folder, flushed to
+disk, and then renamed. If the process is killed, at most a temporary file is left, which is ignored.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ Drawn = TypeVar("Drawn", Robot, Scene)
 
 
 class WrittenTwiceError(UserError):
-    """A file of a run holds something else than what is written now: it was edited, or two processes work on it."""
+    """A write-once file exists with other content: it was edited, or two processes work on the same run."""
 
 
 def write_once(path: Path, content: bytes) -> None:
-    """Write a file that never changes afterwards; the same content again is allowed and does nothing.
+    """Write a file that must never change; writing the same content again does nothing.
 
     Raises:
         WrittenTwiceError: The file exists with other content.
@@ -46,10 +46,10 @@ def write_once(path: Path, content: bytes) -> None:
 
 
 def replace_file(path: Path, content: bytes) -> None:
-    """Put `content` at `path` in one step, whatever was there; only for files computed from others, as summary.html.
+    """Write a file atomically, replacing an existing one. For files computed from others, such as summary.html.
 
     Raises:
-        StorageError: It cannot be written, as on a full disk; what was there is still there.
+        StorageError: The file cannot be written, as on a full disk; an existing file is unchanged.
     """
     with storage_errors(path):
         _replace(path, content)
@@ -72,10 +72,10 @@ def _replace(path: Path, content: bytes) -> None:
 
 
 class Stored(Protocol[Value]):
-    """A value that lives in a run folder."""
+    """A value that is stored in a file of a run."""
 
     def read(self) -> Value | None:
-        """Return the value, or None while it is not written."""
+        """Return the value, or None if the file does not exist."""
         ...
 
     def write(self, value: Value) -> None:
@@ -85,22 +85,22 @@ class Stored(Protocol[Value]):
 
 @dataclass(frozen=True)
 class BytesFile:
-    """A file without structure, as a picture or an MJCF text is."""
+    """A file of unstructured content, such as a picture or an MJCF text."""
 
     path: Path
 
     def read(self) -> bytes | None:
-        """Return the bytes, or None while the file is not written."""
+        """Return the bytes, or None if the file does not exist."""
         try:
             return self.path.read_bytes()
         except FileNotFoundError:
             return None
 
     def read_text(self) -> str | None:
-        """Return the text, or None while the file is not written.
+        """Return the text, or None if the file does not exist.
 
         Raises:
-            UserError: It is not UTF-8.
+            UserError: The file is not UTF-8 text.
         """
         content = self.read()
         try:
@@ -121,10 +121,10 @@ class JsonFile(Generic[Value]):
     kind: type[Value]
 
     def read(self) -> Value | None:
-        """Return the artifact, or None while the file is not written.
+        """Return the artifact, or None if the file does not exist.
 
         Raises:
-            UserError: The file is there and does not hold such an artifact.
+            UserError: The file does not contain a valid artifact of this kind.
         """
         try:
             content = self.path.read_bytes()
@@ -139,9 +139,9 @@ class JsonFile(Generic[Value]):
 
 @dataclass(frozen=True)
 class MjcfFile(Generic[Drawn]):
-    """A robot or a scene: its MJCF as `stem`.xml and everything else about it as `stem`.json.
+    """A robot or a scene: its MJCF in `stem`.xml and all other fields in `stem`.json.
 
-    The XML is written last, so that a robot or scene exists exactly when its XML does.
+    The XML is written last, so a robot or scene exists if and only if its XML file does.
     """
 
     folder: Path
@@ -155,15 +155,14 @@ class MjcfFile(Generic[Drawn]):
 
     @property
     def json(self) -> JsonFile[dict[str, Any]]:
-        """What its author says about it: the artifact without its MJCF."""
+        """The artifact without its MJCF."""
         return JsonFile(self.folder / f"{self.stem}.json", dict[str, Any])
 
     def read(self) -> Drawn | None:
-        """Return the robot or scene, or None while it is not written.
+        """Return the robot or scene, or None if it does not exist.
 
         Raises:
-            UserError: The XML is empty, as after a power cut, or no text; or the JSON beside it does not hold what
-                belongs to it.
+            UserError: The XML is empty, as after a power failure, or not UTF-8 text, or the JSON file is invalid.
         """
         mjcf = self.xml.read_text()
         if mjcf is None:
@@ -180,10 +179,10 @@ class MjcfFile(Generic[Drawn]):
 
 
 def _valid(path: Path, validate: Callable[[], Value]) -> Value:
-    """Return what a file holds.
+    """Return the validated content of a file.
 
     Raises:
-        UserError: It is not valid.
+        UserError: The content is not valid.
     """
     try:
         return validate()

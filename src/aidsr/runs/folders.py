@@ -1,8 +1,8 @@
-"""The folders of a run, and which file holds what.
+"""Classes for the folders of a run, with properties for their files.
 
     Run -> DesignFolder -> IterationFolder
 
-`aidsr.runs.layout` names every file others may rely on.
+`aidsr.runs.layout` lists all files that other programs may rely on.
 """
 
 from __future__ import annotations
@@ -43,23 +43,23 @@ from aidsr.runs.record import RunRecord
 
 @dataclass(frozen=True)
 class IterationFolder:
-    """One attempt at a design: what changed in it, and what was found."""
+    """One iteration of a design: what changed in it, and the results."""
 
     path: Path
 
     @property
     def number(self) -> int:
-        """Counts from 1 within the design, over all rounds."""
+        """Number of the iteration, counted from 1 within the design over all rounds."""
         return int(self.path.name)
 
     @property
     def concept(self) -> JsonFile[Concept]:
-        """In iteration 1 and wherever the Designer revised it."""
+        """The concept; in iteration 1 and wherever the Designer revised it."""
         return JsonFile(self.path / "concept.json", Concept)
 
     @property
     def robot(self) -> MjcfFile[Robot]:
-        """Wherever the Coder wrote or repaired it, after the mechanical repairs."""
+        """The robot after mechanical repairs; in iterations in which the Coder wrote or changed it."""
         return MjcfFile(self.path, "robot", Robot)
 
     @property
@@ -74,12 +74,12 @@ class IterationFolder:
 
     @property
     def robot_report(self) -> JsonFile[ValidationReport]:
-        """What the validator found in the robot alone."""
+        """The validator's report on the robot alone."""
         return JsonFile(self.path / "robot_report.json", ValidationReport)
 
     @property
     def placement(self) -> JsonFile[Placement]:
-        """Wherever the Scene Integrator decided it."""
+        """The placement; in iterations in which the Scene Integrator decided it."""
         return JsonFile(self.path / "placement.json", Placement)
 
     @property
@@ -89,12 +89,12 @@ class IterationFolder:
 
     @property
     def scene_report(self) -> JsonFile[ValidationReport]:
-        """What assembly or the validator found in the scene."""
+        """The report on the scene, by the assembly or the validator."""
         return JsonFile(self.path / "scene_report.json", ValidationReport)
 
     @property
     def preview(self) -> BytesFile:
-        """A PNG."""
+        """A picture of the scene, or of the robot where there is no scene, as PNG."""
         return BytesFile(self.path / "preview.png")
 
     @property
@@ -104,22 +104,25 @@ class IterationFolder:
 
     @property
     def motion(self) -> BytesFile:
-        """A PNG."""
+        """Moments of the scene while its actuators swing, as PNG."""
         return BytesFile(self.path / "motion.png")
 
     @property
     def task_report(self) -> JsonFile[TaskReport]:
-        """Where the stable scene stopped on its task, where it was tried."""
+        """Where the stable scene stopped on its task; only if it was tried."""
         return JsonFile(self.path / "task_report.json", TaskReport)
 
     @property
     def measured_again(self) -> JsonFile[TaskReport]:
-        """The same by seeds and variations that it was not chosen by, where several scenes fell short."""
+        """A second task report, by seeds and variations other than those of the selection.
+
+        Only where several scenes failed the task and one of them is kept.
+        """
         return JsonFile(self.path / "measured_again.json", TaskReport)
 
     @property
     def decision(self) -> JsonFile[Decision]:
-        """The person's answer."""
+        """The person's decision."""
         return JsonFile(self.path / "decision.json", Decision)
 
     @property
@@ -130,13 +133,13 @@ class IterationFolder:
 
 @dataclass(frozen=True)
 class DesignFolder:
-    """Everything designed from one concept."""
+    """Folder of one design: everything made from one concept."""
 
     path: Path
 
     @property
     def number(self) -> int:
-        """Counts from 1 within the run."""
+        """Number of the design, counted from 1 within the run."""
         return int(self.path.name)
 
     @property
@@ -150,7 +153,7 @@ class DesignFolder:
         return JsonFile(self.path / "outcome.json", Outcome)
 
     def reopen(self) -> None:
-        """Set the outcome of a design that ran out of budget aside, so that work on it continues."""
+        """Rename the outcome of a design that ran out of budget, so that work on it can continue."""
         outcome = self.outcome.read()
         if outcome is not None and outcome.outcome == "out_of_budget":
             before = len(list(self.path.glob("outcome_before_*.json")))
@@ -162,10 +165,10 @@ class DesignFolder:
         return BytesFile(self.path / "final.xml")
 
     def require_whole(self) -> None:
-        """Refuse what is left of an approved scene or robot, as after a copy that was interrupted.
+        """Refuse a truncated final scene or robot, as after an interrupted copy.
 
         Raises:
-            UserError: The file ends before the document does, or is no text.
+            UserError: The end of the document is missing, or the file is not UTF-8 text.
         """
         for file in (self.final_scene, self.final_robot):
             content = file.read()
@@ -184,7 +187,7 @@ class DesignFolder:
         return BytesFile(self.path / "final_robot.xml")
 
     def iteration(self, number: int) -> IterationFolder:
-        """Return the folder of one iteration, existing or not."""
+        """Return the folder of one iteration, which need not exist."""
         return IterationFolder(self.path / f"{number:02d}")
 
     @property
@@ -193,11 +196,13 @@ class DesignFolder:
         return tuple(IterationFolder(path) for path in numbered_in(self.path))
 
     def leading_to(self, number: int | None = None) -> tuple[IterationFolder, ...]:
-        """Return iterations newest first, in which a design is to be looked for: each holds what was made in it.
+        """Return the iterations up to a given one, newest first.
+
+        Each iteration holds only the files that changed in it, so the state of a design is found by searching these.
 
         Args:
-            number: The iteration at which the design is looked at. Unless given, the one that its outcome names, for
-                one that was approved need not be the last one made; without an outcome, the last one made.
+            number: Last iteration to return. The default is the iteration that the outcome names, since the approved
+                iteration need not be the last one, or the last iteration if there is no outcome.
         """
         if number is None and (outcome := self.outcome.read()):
             number = outcome.iteration
@@ -206,11 +211,11 @@ class DesignFolder:
 
 @dataclass(frozen=True, init=False)
 class Run:
-    """All designs from one objective: a folder, and views on it.
+    """Folder of a run: all designs from one objective.
 
     Attributes:
-        path: Its folder.
-        name: What it is called where runs are listed: the folder's name unless given.
+        path: The folder.
+        name: Name of the run in lists; by default the name of the folder.
     """
 
     path: Path
@@ -223,7 +228,7 @@ class Run:
 
     @property
     def record(self) -> JsonFile[RunRecord]:
-        """What was asked."""
+        """The request: objective, task, configuration, versions."""
         return JsonFile(self.path / "run.json", RunRecord)
 
     @property
@@ -233,7 +238,7 @@ class Run:
 
     @property
     def goal(self) -> BytesFile:
-        """What measures success, where a goal was given with the environment."""
+        """Definition of success, where a goal was given with the environment."""
         return BytesFile(self.path / "goal.toml")
 
     @property
@@ -243,7 +248,7 @@ class Run:
 
     @property
     def summary(self) -> Path:
-        """The page a person opens first."""
+        """Overview page of the run."""
         return self.path / "summary.html"
 
     @property
@@ -252,7 +257,7 @@ class Run:
         return calls_in(self.path)
 
     def design(self, number: int) -> DesignFolder:
-        """Return the folder of one design, existing or not."""
+        """Return the folder of one design, which need not exist."""
         return DesignFolder(self.path / "designs" / str(number))
 
     @property
@@ -261,10 +266,10 @@ class Run:
         return tuple(DesignFolder(path) for path in numbered_in(self.path / "designs"))
 
     def asked(self) -> RunRecord:
-        """Return what was asked of the run.
+        """Return the request of the run.
 
         Raises:
-            UserError: The folder is not a run, its run.json is damaged, or it holds links or other special files.
+            UserError: The folder is not a run, its run.json is damaged, or it contains links or other special files.
         """
         require_plain_tree(self.path)
         record = self.record.read()
@@ -274,11 +279,11 @@ class Run:
 
     @property
     def larger_budget(self) -> Path:
-        """A budget given later than the run's first; replaced when there is yet another."""
+        """File with a budget that was given after the run was created; a later budget replaces it."""
         return self.path / "budget.json"
 
     def budget(self) -> Budget:
-        """Return the budget that holds now."""
+        """Return the budget that is now in force."""
         return JsonFile(self.larger_budget, Budget).read() or self.asked().config.budget
 
     def brief(self) -> Brief:
@@ -295,16 +300,16 @@ class Run:
         try:
             texts = {"environment": environment.decode(), "starting_robot": robot.decode()}
             return Brief.model_validate({**facts, **texts})
-        except ValueError as error:  # of pydantic, or bytes that are no text
+        except ValueError as error:  # from pydantic, or from decoding
             reason = error.errors()[0]["msg"] if isinstance(error, ValidationError) else error
             raise UserError(f"the brief in {self.path} cannot be read ({reason}); start the design again") from None
 
 
 def new_run(runs: Path, record: RunRecord, brief: Brief, goal: bytes = b"") -> Run:
-    """Make the folder of a new run under `runs`; run.json is written last and makes it one.
+    """Create the folder of a new run under `runs`; run.json is written last, and the folder counts as a run from then.
 
     Raises:
-        UserError: The folder cannot be made.
+        UserError: The folder cannot be created.
     """
     moment = datetime.fromisoformat(record.started).strftime("%Y-%m-%d_%H%M")
     name = _slug(record.task.rpartition("/")[2] or record.objective)

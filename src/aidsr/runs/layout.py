@@ -1,4 +1,4 @@
-"""Every file of a run that others may rely on; docs/runs.md and `aidsr show --layout` print it."""
+"""List of all files of a run that other programs may rely on; printed in docs/runs.md and by `aidsr show --layout`."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ LAYOUT: tuple[tuple[str, str], ...] = (
     ("designs/N/training/NNN/", "a policy of that design, its curve and its verdict, where one was trained"),
     ("designs/N/verified.json", "the validator's report on the final scene, repeated in a study"),
 )
-"""Path pattern and content. N and M count from 1, II from 01, NNN from 001, NNNN from 0001; ROLE is a role's name."""
+"""Path patterns and contents. N and M count from 1, II from 01, NNN from 001, NNNN from 0001; ROLE is a role's name."""
 
 
 def layout_text() -> str:

@@ -1,4 +1,4 @@
-"""A folder of runs: which there are, one by its name, thrown away and taken back."""
+"""A folder of runs: list them, find one by name, move one to the trash and restore it."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from aidsr.runs.folders import Run
 
 _TRASH = ".trash"
 _NAME = re.compile(r"\w[\w .+()-]{0,199}(?<! )")
-"""What a folder may be called to be opened by name: no separator, nothing hidden, nothing that climbs."""
+"""Pattern of valid run names: no path separator, no leading dot, no "..", no trailing space."""
 
 
 @dataclass(frozen=True)
 class Library:
-    """All runs under one folder. Names come from outside and are taken for what they are: text that may be hostile."""
+    """All runs in one folder. Names of runs are untrusted input and are checked before use."""
 
     path: Path
 
     def runs(self) -> tuple[Run, ...]:
-        """Return all runs, the newest first; a folder copied here from elsewhere is one of them."""
+        """Return all runs, newest first, including folders that were copied here."""
         if not self.path.is_dir():
             return ()
         found = (path for path in self.path.iterdir() if is_name(path.name) and _is_run(path))
@@ -34,17 +34,17 @@ class Library:
         """Return the run of that name.
 
         Raises:
-            UserError: There is none directly in this folder, or it holds links or other special files.
+            UserError: There is no such run directly in this folder, or it contains links or other special files.
         """
         run = Run(self._inside(self.path, name))
         require_plain_tree(run.path)
         return run
 
     def trash(self, name: str) -> None:
-        """Move a run to the folder .trash; `restore` moves it back until that folder is emptied.
+        """Move a run to the folder .trash, from which `restore` moves it back.
 
         Raises:
-            UserError: There is no such run, or a process is at work on it.
+            UserError: There is no such run, a process is working on it, or .trash contains a run of the same name.
         """
         run = self.run(name)
         if at_work(run.events):
@@ -57,10 +57,10 @@ class Library:
         run.path.replace(trash / name)
 
     def restore(self, name: str) -> None:
-        """Take a run back out of the trash.
+        """Move a run back out of the trash.
 
         Raises:
-            UserError: There is none of that name, or its place is taken.
+            UserError: The trash has no run of that name, or another run has this name now.
         """
         found = self._inside(self.path / _TRASH, name)
         if (self.path / name).exists():
@@ -76,14 +76,14 @@ class Library:
 
 
 def is_name(name: str) -> bool:
-    """Return whether a folder may be called so to be opened by name: no separator, nothing hidden."""
+    """Return whether a text is a valid name of a run: no path separator, no leading dot."""
     return bool(_NAME.fullmatch(name))
 
 
 def fingerprint(run: Run) -> tuple[tuple[str, int, int], ...]:
-    """Return what changes whenever something happens to a run: names, times and sizes of its files.
+    """Return a value that changes whenever the run changes: names, modification times and sizes of its files.
 
-    Cheap enough to call every second, so that a run is only read again when there is something new.
+    It is cheap enough to compute every second, so that a run is only read again after a change.
     """
     names = ["run.json", "events.jsonl", "calls", "designs"]
     each = ["events.jsonl", "outcome.json", "[0-9][0-9]*", "[0-9][0-9]*/calls", "training"]
@@ -102,13 +102,13 @@ def _is_run(path: Path) -> bool:
 def _mark(path: Path) -> tuple[str, int, int] | None:
     try:
         found = path.stat()
-    except FileNotFoundError:  # gone between being listed and being looked at
+    except FileNotFoundError:  # deleted since it was listed
         return None
     return str(path), found.st_mtime_ns, found.st_size
 
 
 def _begun(path: Path) -> tuple[datetime, str]:
-    """When a run began, by its own words where they can be read, else by the age of its file."""
+    """Return when a run was created, from its record or else the time of run.json, and the folder's name for ties."""
     written = datetime.fromtimestamp((path / "run.json").stat().st_mtime).astimezone()
     try:
         record = Run(path).record.read()

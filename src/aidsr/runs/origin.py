@@ -1,8 +1,8 @@
-"""Whether a folder was made here, by a mark that nobody else can write.
+"""Marking of folders that were made on this machine, with a mark that cannot be forged elsewhere.
 
-A run or study folder decides which server is asked, which key goes there and where prompts are written. So one that
-came from elsewhere is shown to a person before it is resumed. The mark is the HMAC of the file that holds what was
-asked (run.json, study.toml); its key is random and stays in the user's own settings folder.
+A run or study folder determines which server is called, which API key is sent there and where prompts are written.
+Therefore a folder from elsewhere needs a person's confirmation before it is resumed. The mark is the HMAC of the file
+with the request (run.json, study.toml); its key is random and stays in the user's settings folder.
 """
 
 from __future__ import annotations
@@ -20,18 +20,21 @@ from aidsr.core.errors import UserError
 from aidsr.runs.files import replace_file
 
 MARK = ".origin"
-"""File beside the marked one."""
+"""Name of the file with the mark, in the same folder as the marked file."""
 _KEY_BYTES = 32
 
 
 class ForeignFolderError(UserError):
-    """A folder was not made here, and nobody has confirmed yet that it may be resumed."""
+    """A folder was not made on this machine, and the user has not confirmed that it may be resumed."""
 
 
 def mark_as_ours(asked: Path) -> None:
-    """Mark the folder of `asked`, the file that holds what was asked, as made or confirmed here.
+    """Mark a folder as made or confirmed on this machine.
 
-    Where the settings folder cannot be written there is no mark, and resuming will ask for confirmation.
+    If the settings folder cannot be written, no mark is made, and resuming will require confirmation.
+
+    Args:
+        asked: File with the request (run.json, study.toml) in the folder to mark.
     """
     key = _key(make=True)
     if key:
@@ -39,7 +42,7 @@ def mark_as_ours(asked: Path) -> None:
 
 
 def is_ours(asked: Path) -> bool:
-    """Whether the folder of `asked` was marked here, and `asked` is what it was then."""
+    """Whether the folder of `asked` was marked on this machine and `asked` has not changed since."""
     key = _key(make=False)
     try:
         mark = (asked.parent / MARK).read_bytes()
@@ -49,15 +52,16 @@ def is_ours(asked: Path) -> bool:
 
 
 def require_ours(asked: Path, destinations: Iterable[str], *, trust: bool) -> None:
-    """Refuse to resume what was not made here, unless its user trusts it; then it is marked and not asked about again.
+    """Refuse to resume a folder that was not made here, unless the user trusts it; a trusted folder is marked.
 
     Args:
-        asked: The file that holds what was asked.
-        destinations: Where its prompts go, in words; see `aidsr.teams.providers.destination`. None: nothing leaves.
-        trust: Whether its user confirmed that.
+        asked: File with the request (run.json, study.toml).
+        destinations: Where prompts are sent, in words; see `aidsr.teams.providers.destination`. Empty ones are ignored;
+            without any, no data leaves this process and nothing is refused.
+        trust: Whether the user confirmed that the folder may be resumed.
 
     Raises:
-        ForeignFolderError: It was not made here, something leaves this process, and `trust` is false.
+        ForeignFolderError: The folder was not made here, data would leave this process, and `trust` is false.
     """
     where = "; ".join(dict.fromkeys(filter(None, destinations)))
     if not where or is_ours(asked):
@@ -75,7 +79,7 @@ def _digest(key: bytes, asked: Path) -> str:
 
 
 def _key(*, make: bool) -> bytes:
-    """Return the key of this user on this machine; empty where there is none and none can be made."""
+    """Return the key of this user on this machine; empty where there is none or it cannot be created."""
     path = user_config_path("aidsr") / "origin_key"
     with contextlib.suppress(OSError):
         if make and not path.exists():

@@ -1,4 +1,4 @@
-"""What was asked of a run: the content of run.json, written before anything else happens and never changed."""
+"""The request of a run: the content of run.json, which is written once when the run is created and never changed."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from aidsr.core.config import RunConfig
 
 
 class RunRecord(Artifact):
-    """The identity of a run."""
+    """Everything that was requested of a run."""
 
     objective: str
     task: str = ""
-    """Name of the benchmark task; empty for an objective in the user's own words."""
+    """Name of the benchmark task; empty for a free-text objective."""
     level: Literal["", "standard", "hard"] = ""
-    """Level of the task; empty without one."""
+    """Level of the task; empty without a task."""
     config: RunConfig
     model_object: bool = False
-    """Whether `config.model` is the name of an object that a script passed, which resuming has to pass again."""
+    """Whether `config.model` names a model object that a script passed and must pass again to resume the run."""
     started: str
-    """ISO 8601 with zone."""
+    """Time when the run was created, ISO 8601 with UTC offset."""
     versions: dict[str, str]
-    """Versions of AID-SR, Python and the libraries that shape a result."""
+    """Versions of AID-SR, Python and the libraries that influence results."""

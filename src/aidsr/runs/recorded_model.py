@@ -1,4 +1,4 @@
-"""A language model whose answers are kept in a folder, so that no answered question is ever paid for twice."""
+"""A wrapper of a language model that caches its answers in a folder, so that no question is paid for twice."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from aidsr.runs.files import JsonFile
 
 
 class RecordedModel:
-    """Asks `model`, and writes each answer to `folder`/calls before anyone sees it, and each call that failed.
+    """Language model that writes each answer, and each failed call, to `folder`/calls before it returns.
 
-    A question that was answered there before gets that answer again. When the very same question was answered several
-    times, the answers come in their order.
+    A question that was answered before gets the recorded answer. If the same question was answered several times, the
+    recorded answers are returned in order, each one once.
 
     Args:
-        model: The model that is called.
-        folder: Where answers are kept, in its folder "calls".
-        kept: Called with each new answer once it is on disk.
+        model: Model to call.
+        folder: Folder whose subfolder "calls" holds the answers.
+        kept: Called with each new answer after it is written.
     """
 
     def __init__(self, model: Model, folder: Path, kept: Callable[[CallRecord], None] = lambda _record: None) -> None:
@@ -40,7 +40,11 @@ class RecordedModel:
         return calls_tools(self._model)
 
     def ask(self, question: Question) -> CallRecord:
-        """Return the recorded answer to exactly this question, or ask and record."""
+        """Return the recorded answer to exactly this question, or call the model and record its answer.
+
+        Raises:
+            AidsrError: The call failed; it is recorded as unusable where it has a record.
+        """
         with self._lock:
             for index, record in enumerate(self._unused):
                 if record.question == question:

@@ -1,4 +1,4 @@
-"""An iteration as a row of stages: robot, is it stable, scene, is it stable, tried, judged, decided."""
+"""Display of an iteration as a row of stages: robot, its validation, scene, its validation, trial, Judge, decision."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from aidsr.runs.folders import DesignFolder, IterationFolder
 from aidsr.runs.status import DesignStatus, decided
 
 Mark = Literal["none", "kept", "doing", "done", "good", "bad"]
-"""Not there; kept from before; running; made; found good; found bad."""
+"""State of a stage: does not exist; kept from an earlier iteration; running; done; passed; failed."""
 
 _AT_WORK = {
     "concept": "robot",
@@ -22,26 +22,26 @@ _AT_WORK = {
     "task_report": "tried",
     "measured_again": "tried",
 }
-"""Which stage a step belongs to."""
+"""Stage to which each step belongs."""
 
 
 class Stage(Artifact):
-    """One thing that happens in an iteration."""
+    """One stage of an iteration."""
 
     name: str
     mark: Mark
     text: str
-    """How it came out, in a word or two."""
+    """Result of the stage, in a word or two."""
 
 
 class Attempt(Artifact):
-    """One iteration, as a person looks at it."""
+    """One iteration, prepared for display."""
 
     number: int
     round: int
     stages: tuple[Stage, ...]
     asked: str
-    """What a person asked for before it began; empty where there was no request."""
+    """Text of the person's decision before this iteration; empty where there was none."""
 
 
 def attempts(design: DesignFolder, status: DesignStatus) -> tuple[Attempt, ...]:

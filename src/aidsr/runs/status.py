@@ -1,4 +1,4 @@
-"""The status of a run: computed from its files on each call, never stored."""
+"""Status of a run, computed from its files on each call and never stored."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from aidsr.runs.record import RunRecord
 
 Value = TypeVar("Value")
 State = Literal["running", "waiting", "stopped", "finished"]
-"""Of a run or a design: "waiting" for a person's decision; "stopped" by an error or an interrupt, to be resumed;
-"running" otherwise, until it is finished. A process killed outright leaves "running" behind: files cannot show it."""
+"""State of a run or a design: "waiting" for a person's decision; "stopped" by an error or an interrupt, can be resumed;
+"finished"; "running" otherwise. After its process was killed the state stays "running", as files cannot show this."""
 
 
 class DesignStatus(Artifact):
@@ -32,32 +32,34 @@ class DesignStatus(Artifact):
 
     number: int
     concept: str
-    """Name of the concept it stands at."""
+    """Name of its current concept."""
     family: str
     state: State
     iteration: int
     """Number of the newest iteration, 0 before the first."""
     stands_at: int
-    """Number of the iteration that a person is asked about, else of that its outcome names, else of the newest one."""
+    """Number of the current iteration: the one that waits for a person's decision, else the one that the outcome names,
+    else the newest one; 0 before the first."""
     mechanical_repairs: int
-    """Made by code, over all iterations; they cost neither a call nor an iteration."""
+    """Number of mechanical repairs by code in all iterations; they cost neither a call nor an iteration."""
     round: int
-    """1, and one more for each refinement a person asked for."""
+    """1 plus the number of refinements that a person requested."""
     doing: str
-    """The step at work, empty when none is."""
+    """The step that is running, empty if none is."""
     stable: bool | None
-    """Whether the robot or scene it stands at is stable; None before one was validated."""
+    """Whether the latest validated robot or scene up to the current iteration is stable; None before the first."""
     judged: bool | None
-    """The Judge's verdict on it, or the one before; None before the first."""
+    """The Judge's latest verdict up to the current iteration; None before the first."""
     faults: tuple[str, ...]
-    """Codes of the errors in that report, worst first, without repeats."""
+    """Codes of the errors in the latest report, in its order, without duplicates."""
     outcome: Outcome | None
     stopped: Stopped | None
-    """Why it stopped, where it did."""
+    """Reason why it stopped, if it did."""
     usage: Usage
-    """Its own calls and an even share of the Designer's."""
+    """Usage of its own calls and of an equal share of the Designer's calls for the run."""
     latency_s: float
-    """From start to outcome, the Designer's call included; without pauses and without waiting for a person [s]."""
+    """Working time from start to outcome [s], including the Designer's call; without pauses between processes and
+    without waiting for a person."""
 
 
 class RunStatus(Artifact):
@@ -67,21 +69,21 @@ class RunStatus(Artifact):
     state: State
     designs: tuple[DesignStatus, ...]
     stopped: Stopped | None
-    """Why the run stopped before there were concepts, where it did."""
+    """Reason why the run itself stopped, as before there were concepts, if it did."""
     usage: Usage
     latency_s: float
-    """Like a design's: from start to the last outcome [s]."""
+    """Largest working time of a design, see `DesignStatus.latency_s` [s]."""
 
     @property
     def approved(self) -> int:
-        """How many designs are approved."""
+        """Number of approved designs."""
         return sum(design.outcome is not None and design.outcome.outcome == "approved" for design in self.designs)
 
     def design(self, number: int) -> DesignStatus:
-        """Return one design by its number, which need not be its place: folders before it may have been deleted.
+        """Return a design by its number, which can differ from its position if folders were deleted.
 
         Raises:
-            UserError: There is none of that number.
+            UserError: There is no design of that number.
         """
         found = next((design for design in self.designs if design.number == number), None)
         if found is None:
@@ -91,11 +93,11 @@ class RunStatus(Artifact):
 
 
 def read_status(run: Run, now: datetime | None = None) -> RunStatus:
-    """Return the state of a run from its files.
+    """Return the status of a run from its files.
 
     Args:
         run: The run.
-        now: Count the time of steps still at work up to this moment; without it, up to the last event.
+        now: Time up to which running steps are counted; None counts up to the last event.
 
     Raises:
         UserError: The folder is not a run, or one of its files is damaged.
@@ -149,12 +151,12 @@ def _design_status(folder: DesignFolder, share: Usage, proposing_s: float, now: 
 
 
 def newest(values: Iterable[Value | None]) -> Value | None:
-    """The first value that is there, of values listed newest first."""
+    """Return the first value that is not None, from values listed newest first."""
     return next((value for value in values if value is not None), None)
 
 
 def decided(iteration: IterationFolder) -> Decision | None:
-    """A person's decision; None where there is none, or it is half written or invalid."""
+    """Return a person's decision; None where there is none, or it is incomplete or invalid."""
     try:
         return iteration.decision.read()
     except UserError:
@@ -162,7 +164,10 @@ def decided(iteration: IterationFolder) -> Decision | None:
 
 
 def _proposing_s(events: Sequence[Event], now: datetime | None) -> float:
-    """How long the Designer worked on the concepts [s]; the run's log continues while designs are made and wait."""
+    """Return the time that the Designer worked on the concepts [s].
+
+    Later events of the run's log do not count: the log continues while designs are made and wait.
+    """
     last = max((at for at, event in enumerate(events) if isinstance(event, StepStarted)), default=-1)
     return working_time_s(events[: last + 2], now if last == len(events) - 1 else None)
 
@@ -178,13 +183,16 @@ def _state(events: Sequence[Event]) -> State:
 
 
 def _awaited(events: Sequence[Event]) -> int | None:
-    """Return the iteration that waits for a person; None if there is none."""
+    """Return the number of the iteration that waits for a person; None if there is none."""
     last = events[-1] if events else None
     return last.iteration if isinstance(last, Waiting | DecisionUnreadable) else None
 
 
 def _run_state(events: Sequence[Event], designs: Sequence[DesignStatus], expected: int) -> State:
-    """Waiting counts most, because a person can end it; a run is finished when all its designs are."""
+    """Return the state of a run: "waiting" takes precedence, since a person can end it, then "running", then "stopped".
+
+    It is "finished" if all its designs are.
+    """
     if not designs or len(designs) < expected:
         return _state(events)
     states = {design.state for design in designs}
@@ -207,7 +215,7 @@ def _total(usages: Iterable[Usage]) -> Usage:
 
 
 def _share(usage: Usage, index: int, count: int) -> Usage:
-    """Return part `index` of `count` even parts; the parts add up to the whole, so whole numbers differ by at most one.
+    """Return part `index` of `count` equal parts of a usage; integers differ by at most one and add up to the whole.
 
     Source: AID-SR splits the Designer's call evenly over its concepts.
     """

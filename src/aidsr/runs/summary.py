@@ -1,4 +1,4 @@
-"""The page a person opens first: one HTML file that needs nothing else, computed from the files of the run."""
+"""Overview page of a run: one self-contained HTML file, computed from the files of the run."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def write_summary(run: Run) -> Path:
-    """Write summary.html again from the present state of the run, and return its path."""
+    """Write summary.html from the current state of the run, and return its path."""
     status = read_status(run)
     brief = run.brief()
     page = _template().render(
@@ -40,12 +40,12 @@ def write_summary(run: Run) -> Path:
 
 @dataclass(frozen=True)
 class _Row:
-    """One iteration, as the page shows it."""
+    """One iteration on the page."""
 
     number: int
     made: str
     repairs: tuple[str, ...]
-    """Sentences on what code repaired."""
+    """Notes on mechanical repairs, one sentence each."""
     robot: str
     scene: str
     judge: str
@@ -57,24 +57,25 @@ class _Row:
 
 @dataclass(frozen=True)
 class _Card:
-    """One design, as the page shows it."""
+    """One design on the page."""
 
     status: DesignStatus
     concept: Concept | None
     placement: Placement | None
     picture: str
-    """Newest picture as a data address; empty where there is none."""
+    """Newest picture as a data URL; empty where there is none."""
     picture_path: str
-    """Its file, relative to the page."""
+    """Path of the picture relative to the page."""
     motion: str
-    """Newest filmstrip, likewise."""
+    """Newest film strip as a data URL; empty where there is none."""
     motion_path: str
+    """Path of the film strip relative to the page."""
     rows: tuple[_Row, ...]
     faults_found: int
     files: tuple[tuple[str, str], ...]
-    """Label and path relative to the page."""
+    """Labels and paths relative to the page."""
     trainings: tuple[str, ...]
-    """What each training came to, in words."""
+    """Result of each training, in words."""
     cost: str
     tokens: str
     duration: str
@@ -126,7 +127,7 @@ def _verdict(stable: bool, errors: int) -> str:
 
 
 def _decision(iteration: IterationFolder) -> str:
-    """The decision as it stands in the file, which a person wrote and which may not be readable yet."""
+    """Return the unparsed text of decision.json, which a person writes and which may be incomplete."""
     if not iteration.decision.path.exists():
         return ""
     return iteration.decision.path.read_text(encoding="utf-8", errors="replace")
@@ -146,7 +147,7 @@ def _files(folder: DesignFolder) -> list[tuple[str, str]]:
 
 
 def _relative(design: DesignFolder, file: Path | None) -> str:
-    """Return a file's address as the page, in the run's folder, must name it."""
+    """Return the path of a file relative to the page, which is in the run's folder."""
     return file.relative_to(design.path.parent.parent).as_posix() if file else ""
 
 

@@ -1,4 +1,4 @@
-"""What training made of a design, read from the folders training/001, 002 … beside its iterations.
+"""Trained policies of a design, read from the folders training/001, 002 … in the design's folder.
 
 The files are written by `aidsr.learn.rl`; reading them needs none of its libraries.
 """
@@ -21,7 +21,7 @@ from aidsr.runs.files import BytesFile, JsonFile, replace_file
 from aidsr.runs.folders import DesignFolder
 
 _CURVE_POINTS = 8
-"""Of a learning curve in words. Our choice: what a line holds."""
+"""Number of points of a learning curve in words. Our choice: fits on a line."""
 _STOPPED = {
     "budget": "all steps were used",
     "saturated": "its policy succeeded nearly always",
@@ -31,9 +31,9 @@ _STOPPED = {
 
 
 class Inspection(Artifact):
-    """A person's word on whether a trained robot moves as a continuum robot could.
+    """A person's assessment of whether a trained robot moves as a continuum robot could.
 
-    It stands beside the automatic verdict and changes nothing in it.
+    It is shown beside the automatic verdict and does not change it.
 
     Source: AID-SR counts a design as valid after a person has looked at it.
     """
@@ -44,7 +44,7 @@ class Inspection(Artifact):
 
 @dataclass(frozen=True)
 class CurveRow:
-    """The state of a training after some steps; None where nothing was measured yet."""
+    """One point of a learning curve; values are None before they were first measured."""
 
     steps: int
     wall_s: float
@@ -56,28 +56,28 @@ class CurveRow:
 
 @dataclass(frozen=True)
 class Training:
-    """One trained policy, or one that is learning."""
+    """Folder of one policy that is trained or in training."""
 
     path: Path
 
     @property
     def number(self) -> int:
-        """Counts from 1 within the design."""
+        """Number of the training, counted from 1 within the design."""
         return int(self.path.name)
 
     @property
     def config(self) -> JsonFile[dict[str, Any]]:
-        """What was asked: task, level, steps, seed, recipe."""
+        """Requested task, level, steps, seed and recipe."""
         return JsonFile(self.path / "config.json", dict[str, Any])
 
     @property
     def result(self) -> JsonFile[dict[str, Any]]:
-        """How it ended; absent while it learns."""
+        """Result of the training; absent during training."""
         return JsonFile(self.path / "training.json", dict[str, Any])
 
     @property
     def beginning(self) -> str:
-        """With what the policy began, as the end of a sentence; "" where it learned from nothing."""
+        """Initial motion of the policy, as the end of a sentence; "" for training from scratch."""
         recipe = (self.config.read() or {}).get("recipe", {})
         if not recipe.get("script"):
             return ""
@@ -87,47 +87,47 @@ class Training:
 
     @property
     def stage(self) -> Literal["learning", "evaluating", "judged"]:
-        """What its files say comes next, or that it has its verdict; films may be drawn after that."""
+        """Stage according to its files: in training, waiting for evaluation, or evaluated; videos may follow."""
         if not self.result.path.exists():
             return "learning"
         return "judged" if self.evaluation.path.exists() else "evaluating"
 
     @property
     def at_work(self) -> bool:
-        """Whether a process of this machine learns, judges or films there, whoever started it.
+        """Whether any process on this machine is training or evaluating the policy, or rendering its videos.
 
-        False where the system cannot answer, as on Windows, and for the seconds between learning and judging.
+        False where the system cannot tell, as on Windows, and for a few seconds between training and evaluation.
         """
         return bool(at_work(self.path / LOCK_FILE))
 
     @property
     def resumed(self) -> int:
-        """How often it resumed after it was killed while learning: its policy is another than if it had not been."""
+        """Number of times that training was killed and resumed, which changes the resulting policy."""
         count = (self.result.read() or {}).get("resumed", 0)
         return count if isinstance(count, int) else 0
 
     @property
     def evaluation(self) -> JsonFile[Evaluation]:
-        """The verdict on held-out variations."""
+        """Evaluation of the policy on held-out variations."""
         return JsonFile(self.path / "evaluation.json", Evaluation)
 
     @property
     def inspection(self) -> JsonFile[Inspection]:
-        """A person's inspection of it."""
+        """A person's assessment."""
         return JsonFile(self.path / "inspection.json", Inspection)
 
     def inspect(self, inspection: Inspection) -> None:
-        """Write a person's inspection; unlike other files of a run it may be replaced."""
+        """Write a person's assessment; unlike other files of a run, it may be replaced."""
         replace_file(self.inspection.path, inspection.model_dump_json(indent=2).encode() + b"\n")
 
     @property
     def films(self) -> tuple[BytesFile, ...]:
-        """The films of held-out episodes that exist, the best first."""
+        """Existing videos of held-out episodes, the best episode first."""
         return tuple(BytesFile(self.path / name) for name in ("best.mp4", "median.mp4") if (self.path / name).exists())
 
     @property
     def motions(self) -> tuple[BytesFile, ...]:
-        """The same episodes as motions, as far as they exist."""
+        """Existing recorded motions of the same episodes."""
         return tuple(BytesFile(self.path / name) for name in ("best.npz", "median.npz") if (self.path / name).exists())
 
 
@@ -138,7 +138,7 @@ def trainings_of(design: DesignFolder) -> tuple[Training, ...]:
 
 
 def verdict_in_words(training: Training) -> str:
-    """Return what a training came to: its verdict and the share of held-out episodes, or that there is none yet."""
+    """Return the result of a training in words: its verdict and success rate in held-out episodes, or its state."""
     resumed = ["resumed during training, so not the policy of an uninterrupted training"] if training.resumed else []
     verdict = training.evaluation.read()
     if verdict is None:
@@ -152,21 +152,21 @@ def verdict_in_words(training: Training) -> str:
 
 
 def verdicts_of(design: DesignFolder) -> tuple[Evaluation, ...]:
-    """Return the verdicts of the policies of a design that were judged, in order."""
+    """Return the evaluations of a design's policies, in order."""
     return tuple(verdict for one in trainings_of(design) if (verdict := one.evaluation.read()) is not None)
 
 
 def best_verdict(verdicts: Iterable[Evaluation]) -> Evaluation | None:
-    """Return the verdict of the policy that speaks for a design, None where none was judged.
+    """Return the evaluation of the policy that represents a design, None where none was evaluated.
 
-    A valid policy speaks before one that is not, then the one with the most held-out successes: what is said of a
-    design is said of this one policy.
+    Valid policies are preferred, then those with a higher success rate. All statements about a design refer to this one
+    policy.
     """
     return max(verdicts, key=lambda one: (one.valid, one.success_share), default=None)
 
 
 def read_curve(training: Training) -> tuple[CurveRow, ...]:
-    """Return the curve so far; a line that is just being written is left out.
+    """Return the learning curve so far; an unfinished last line is left out.
 
     Raises:
         UserError: The file is not a learning curve of AID-SR.
@@ -177,12 +177,12 @@ def read_curve(training: Training) -> tuple[CurveRow, ...]:
         return tuple(_row(row) for row in csv.DictReader(text[: text.rfind("\n") + 1].splitlines()))
     except FileNotFoundError:
         return ()
-    except (KeyError, TypeError, ValueError) as error:  # a column, a field or a number that is not there
+    except (KeyError, TypeError, ValueError) as error:  # a missing column or field, or text that is no number
         raise UserError(f"cannot read the learning curve {path} ({error}); restore or remove it") from None
 
 
 def learning_in_words(training: Training) -> list[str]:
-    """Return how long a finished training took, why it stopped, and some points of its curve, in lines."""
+    """Return lines of text on a finished training: duration, reason of its end, and points of its learning curve."""
     result, curve = training.result.read() or {}, read_curve(training)
     if not result:
         return []
@@ -216,4 +216,4 @@ def _row(row: dict[str, str]) -> CurveRow:
 
 def _measured(text: str) -> float | None:
     number = float(text)
-    return None if math.isnan(number) else number  # a row with nan would not equal itself when it is read again
+    return None if math.isnan(number) else number  # rows with NaN would not compare equal

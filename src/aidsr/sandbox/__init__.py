@@ -1,1 +1,1 @@
-"""Child processes with limits, in which models from outside are compiled and simulated."""
+"""Child processes with resource limits, in which untrusted models are compiled and simulated."""

@@ -1,4 +1,4 @@
-"""Which files a child process may open, beside the system's own and its private folder."""
+"""Files that a child process may open, in addition to system files and its private folder."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ _SYSTEM = (
     *("/usr", "/lib", "/lib32", "/lib64", "/bin", "/sbin", "/etc", "/opt", "/proc", "/sys", "/run/opengl-driver"),
     *("/var/cache/fontconfig", "/nix", "/gnu", "/snap"),
 )
-"""Folders that libraries are loaded from, and that describe the machine. Not among them: homes and other people's
-temporary files."""
+"""Folders from which libraries are loaded, and that describe the machine. Home directories and temporary files of
+others are not included."""
 _DEVICES = ("null", "zero", "full", "random", "urandom", "tty", "dri/*", "nvidia*")
-"""Below /dev; the last two draw."""
+"""Devices below /dev; the last two are for rendering."""
 
 
 @dataclass(frozen=True)
 class Access:
-    """What a call may open; paths are absolute.
+    """Files and folders that a call may open; all paths are absolute.
 
     Attributes:
-        modules: Where Python finds modules; read.
-        read: Files.
-        write: Folders, all below them included; also read.
+        modules: Folders of the module search path, readable.
+        read: Readable files.
+        write: Readable and writable folders, with everything below them.
     """
 
     modules: frozenset[str] = frozenset()
@@ -41,7 +41,7 @@ class Access:
 
     @classmethod
     def needed(cls, module_path: Iterable[str], arguments: tuple[Any, ...]) -> Self:
-        """Return what a call needs: a folder among its arguments may be changed, a file may be read."""
+        """Return the access that a call needs: write access to folders among its arguments, read access to files."""
         paths = list(_paths(arguments))
         return cls(
             modules=frozenset(module_path),
@@ -50,20 +50,23 @@ class Access:
         )
 
     def suffices_for(self, needed: Access) -> bool:
-        """Return whether a child with this access can serve a call, and can open no file that the call is not about."""
+        """Return whether a child with this access can serve a call that needs `needed`, and has no access beyond it.
+
+        Additional folders of modules are allowed.
+        """
         return self.modules >= needed.modules and (self.read, self.write) == (needed.read, needed.write)
 
     def to_json(self) -> str:
-        """Return it as text for `from_json`."""
+        """Return the access as JSON text for `from_json`."""
         return json.dumps({name: sorted(paths) for name, paths in asdict(self).items()})
 
     @classmethod
     def from_json(cls, text: str) -> Self:
-        """Return what `to_json` wrote."""
+        """Return the access that `to_json` wrote."""
         return cls(**{name: frozenset(paths) for name, paths in json.loads(text).items()})
 
     def give_up_everything_else(self) -> None:
-        """Give up, in a child process and for good, what is not named here; where the kernel has Landlock."""
+        """Permanently give up access to all other files in this child process, where the kernel has Landlock."""
         private = Path(os.environ[INSIDE])
         python = (sys.prefix, sys.base_prefix, sys.exec_prefix, sys.base_exec_prefix, *sys.path)
         variables = (path for value in os.environ.values() for path in value.split(os.pathsep))
@@ -78,7 +81,7 @@ class Access:
 
 
 def _paths(value: Any) -> Iterator[Path]:
-    """Yield the paths in a value, as deep as arguments are nested."""
+    """Yield all paths in a value, including those in nested models, mappings and sequences."""
     if isinstance(value, Path):
         yield value
     elif isinstance(value, BaseModel) or is_dataclass(value):
@@ -91,4 +94,4 @@ def _paths(value: Any) -> Iterator[Path]:
 
 
 NOTHING = Access()
-"""No file beside the system's own and the private folder."""
+"""Access to no files except system files and the private folder."""

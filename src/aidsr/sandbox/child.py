@@ -1,4 +1,4 @@
-"""One worker process as its parent sees it: start it, send requests, see how it ended, clean up."""
+"""Parent side of one worker process: start it, send requests, determine how it ended, clean up."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from aidsr.sandbox.environment import child_environment
 from aidsr.sandbox.pipes import read_message, write_message
 
 _START_LIMIT_S = 120.0  # our choice: importing MuJoCo takes 1 s, and many times that on a machine under heavy load
-_MAX_CALLS = 200  # our choice: then a fresh process, in case a native library loses memory on each model
-_OUTPUT_TAIL = 1500  # characters of a dead child's output kept in the error
+_MAX_CALLS = 200  # our choice: afterwards a new process is started, in case a native library leaks memory
+_OUTPUT_TAIL = 1500  # characters from the end of a crashed child's output that are kept in the error
 
 _FROM_OUTSIDE = {
     getattr(signal, name) for name in ("SIGKILL", "SIGTERM", "SIGHUP", "SIGINT", "SIGQUIT") if hasattr(signal, name)
 }
-"""Signals that no model causes: a person, a job scheduler, or the system when the machine runs out of memory."""
+"""Signals that no model can cause: they come from a person, a job scheduler, or the system's out-of-memory killer."""
 
 
 def _reason_not_started(start: dict[str, Any]) -> str:
@@ -37,7 +37,7 @@ class Child:
 
     Args:
         access: Files that it may open.
-        prepare: What it loads before it gives up the other files; see `connect_to_parent`.
+        prepare: Modules to load before it gives up access to other files; see `connect_to_parent`.
     """
 
     def __init__(self, access: Access = NOTHING, prepare: Sequence[str] = ()) -> None:
@@ -51,7 +51,7 @@ class Child:
             stderr=self._output,
             cwd=self._folder,
             env=child_environment(self._folder),
-            start_new_session=True,  # Ctrl-C in a terminal is for the parent, which then ends its children
+            start_new_session=True,  # Ctrl-C in a terminal reaches only the parent, which then ends its children
         )
         self._requests = cast(BinaryIO, self._process.stdin)
         self._replies = cast(BinaryIO, self._process.stdout)
@@ -60,7 +60,7 @@ class Child:
 
     @property
     def usable(self) -> bool:
-        """Whether another call may be given to this child."""
+        """Whether this child can take another call."""
         return not (self._busy or self._late) and self._calls < _MAX_CALLS and self._process.poll() is None
 
     def call(
@@ -70,15 +70,15 @@ class Child:
         listen: Callable[[list[Any]], None] = lambda _values: None,
         grace_s: float = 0.0,
     ) -> dict[str, Any]:
-        """Return the child's reply, or one of {"time", "memory", "overflow", "crash", "lost": …} saying how it ended.
+        """Return the child's reply, or one of {"time", "memory", "overflow", "crash", "lost": …} for how it ended.
 
-        "lost" says nothing about the request: the child could not start, or was ended from outside.
+        "lost" means that the request is not at fault: the child could not start, or was ended from outside.
 
         Args:
-            request: What to run.
-            wall_s: How long it may take to the result, or to the next progress.
-            listen: Called with what the function tells of its progress, while it waits.
-            grace_s: How long it may still take after a KeyboardInterrupt here, to save its work.
+            request: Function to run with its arguments.
+            wall_s: Largest wall time until the result or the next progress message.
+            listen: Called with the values of each progress message, while the function waits.
+            grace_s: Time to save its work that the function gets after a KeyboardInterrupt in this process.
 
         Raises:
             TypeError: The request cannot be expressed in JSON.
@@ -98,7 +98,7 @@ class Child:
         except KeyboardInterrupt:
             self._interrupt(grace_s)
             raise
-        # A child that ran out of memory may be in any state; it stays busy for good and is replaced.
+        # A child that ran out of memory may be in any state; it stays marked as busy and is replaced.
         self._busy = not reply.keys() & {"result", "mjcf", "user", "reply", "bug"}
         return reply
 
@@ -109,7 +109,7 @@ class Child:
         for pipe in (self._requests, self._replies, self._output):
             try:
                 pipe.close()
-            except BrokenPipeError:  # a request that was cut short cannot be flushed any more
+            except BrokenPipeError:  # an incomplete request can no longer be flushed
                 continue
         shutil.rmtree(self._folder, ignore_errors=True)
 
@@ -128,8 +128,8 @@ class Child:
         return self._cause_of_death() if reply is None else reply
 
     def _interrupt(self, grace_s: float) -> None:
-        """Let the function save its work, and wait for the end of the process."""
-        if not grace_s or sys.platform == "win32":  # Windows has no such signal for a single process
+        """Interrupt the function so that it saves its work, and wait for the end of the process."""
+        if not grace_s or sys.platform == "win32":  # Windows cannot send SIGINT to a single process
             return
         timer = threading.Timer(grace_s, self._kill_late)
         timer.daemon = True
@@ -146,7 +146,7 @@ class Child:
         self._process.kill()
 
     def _cause_of_death(self) -> dict[str, Any]:
-        """Return how the process ended, in the form of `call`."""
+        """Return how the process ended, as a reply of `call`."""
         code = self._process.wait()
         if self._late:
             return {"time": "wall"}

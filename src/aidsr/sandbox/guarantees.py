@@ -1,4 +1,4 @@
-"""What isolation promises on this platform, and a test that it holds on this machine."""
+"""Guarantees of the isolation on this platform, and a test of them on this machine."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from aidsr.sandbox.limits import Limits
 
 @dataclass(frozen=True)
 class Guarantee:
-    """One thing that isolation promises, and whether it holds."""
+    """One guarantee of the isolation: its name, whether it holds, and how it is implemented or was tested."""
 
     name: str
     holds: bool
@@ -27,7 +27,7 @@ class Guarantee:
 
 
 def guarantees() -> tuple[Guarantee, ...]:
-    """Return what isolation covers on this platform."""
+    """Return the guarantees and whether each is available on this platform, without a test."""
     posix, linux = sys.platform != "win32", sys.platform == "linux"
     return (
         Guarantee("own process", True, "a crash of a native library ends a child, never the caller"),
@@ -46,7 +46,7 @@ def guarantees() -> tuple[Guarantee, ...]:
 
 
 def try_guarantees() -> tuple[Guarantee, ...]:
-    """Crash, stall and overfill a worker on purpose; return which guarantees held. Takes a few seconds."""
+    """Test the guarantees by making workers crash, hang and exhaust memory; takes a few seconds."""
     attempts: tuple[tuple[str, Callable[[], None], str], ...] = (
         ("own process", _crash, "crash"),
         ("wall clock", _sleep, "time"),
@@ -101,7 +101,7 @@ def _can_connect(port: int) -> bool:
 
 @isolated
 def _crash() -> None:
-    """Read from address zero, as a fault in a native library would."""
+    """Read from address zero, like a fault in a native library."""
     ctypes.string_at(0)
 
 

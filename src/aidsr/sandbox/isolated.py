@@ -1,15 +1,15 @@
-"""`@isolated`: a function that runs in a limited child process and is called like any other.
+"""The decorator `@isolated`: a function runs in a child process with limits, but is called like any other function.
 
-A model written by a language model or a stranger can make a native library crash, hang or exhaust memory. Every
-function that compiles or steps such a model therefore carries this decorator:
+A model written by a language model or a stranger can make a native library crash, hang or exhaust memory. Therefore,
+every function that compiles or steps such a model has this decorator:
 
     @isolated
     def measure(robot: Robot) -> Extent:
         import mujoco
         ...
 
-The caller sees the function's own signature, types and errors. The body runs in one of a few warm workers (see
-`aidsr.sandbox.pool`). What loads slowly is imported in the body: then the caller never loads it.
+For the caller, signature, types and errors are those of the function. The body runs in one of a few warm workers (see
+`aidsr.sandbox.pool`). Modules that load slowly are imported in the body, so that the caller never loads them.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from aidsr.sandbox.limits import Limits
 from aidsr.sandbox.pool import call_in_worker, module_path
 
 _PAUSES_S = (0.0, 0.5, 3.0)
-"""Before each try of a call [s]. Our choice: memory that another process took is often free again after seconds."""
+"""Pause before each attempt of a call [s]. Our choice: memory used by another process is often free after seconds."""
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -47,27 +47,27 @@ def isolated(*, limits: Limits, prepare: Sequence[str] = ()) -> Callable[[Callab
 def isolated(
     function: Callable[P, R] | None = None, /, *, limits: Limits | None = None, prepare: Sequence[str] = ()
 ) -> Callable[P, R] | Callable[[Callable[P, R]], Callable[P, R]]:
-    """Make a module-level function run in a worker process, under limits.
+    """Make a module-level function run in a worker process with limits.
 
-    Arguments and result travel as JSON by their annotations, which have to be importable at run time: pydantic models,
-    dataclasses, numbers, text, bytes and containers of them. A relative path means the caller's directory. The function
-    may be called from several threads; each call has a worker of its own.
+    Arguments and result are sent as JSON according to their annotations, which must be importable at run time: pydantic
+    models, dataclasses, numbers, text, bytes and containers of them. A relative path is relative to the caller's
+    directory. The function may be called from several threads; each call has its own worker.
 
-    A parameter annotated as `Callable[[…], None]` is a listener: it stays with the caller, and the function waits while
-    it listens. Below a folder that is given as a Path the worker may change files, a file it may read; it opens no
-    other file of yours where the system has Landlock (`aidsr.sandbox.access`). Called inside a worker the function runs
-    at once, under the limits of the call in progress.
+    A parameter annotated as `Callable[[…], None]` is a listener: it is called in the caller's process, and the function
+    waits until it returns. If an argument is a Path, the worker may change files in the folder or read the file; it can
+    open no other file of the user where the system has Landlock (`aidsr.sandbox.access`). Inside a worker, the function
+    runs directly, within the limits of the current call.
 
-    Besides what the function raises itself (MjcfError and UserError as they are), calling it raises:
+    MjcfError, UserError and ReplyError of the function reach the caller unchanged. In addition, a call raises:
 
-        IsolationError: The call ran past a limit, its numbers overflowed or its process crashed.
-        WorkerLostError: Its process was ended from outside, in every one of three tries.
-        RuntimeError: A bug of ours in the function; the child's traceback is a note on the error.
+        IsolationError: The call exceeded a limit, its numbers overflowed or its process crashed.
+        WorkerLostError: Its process was lost in each of three attempts: it could not start or was ended from outside.
+        RuntimeError: The function has a bug; the child's traceback is a note on the error.
 
     Args:
-        function: The function; omitted where limits are given.
-        limits: What a call may use; `Limits()` when not given.
-        prepare: What takes long to load, see `connect_to_parent`; a call then has a process of its own.
+        function: The function; omitted if limits are given.
+        limits: Limits of a call; `Limits()` by default.
+        prepare: Modules that take long to load, see `connect_to_parent`; each call then has a new process.
     """
     if function is not None:
         return _isolate(function, limits or Limits(), prepare)
@@ -75,15 +75,15 @@ def isolated(
 
 
 def run_request(name: str, arguments: Sequence[Any], tell: Callable[[list[Any]], None]) -> Any:
-    """Run the decorated function "module:function" on arguments as JSON gave them and return its result for JSON.
+    """Run a decorated function on arguments from JSON and return its result as JSON values.
 
     Args:
-        name: Of the function.
-        arguments: All but the listener.
-        tell: Lets the listener hear values, as JSON gives them.
+        name: Name of the function, "module:function".
+        arguments: All arguments except the listener, as JSON values.
+        tell: Sends values to the listener, as JSON values.
 
     Raises:
-        ValueError: The function is not decorated with `@isolated`; nothing else is ever run by name.
+        ValueError: The function is not decorated with `@isolated`; no other function is run by name.
     """
     import_module(name.partition(":")[0])
     if name not in _FUNCTIONS:
@@ -108,7 +108,7 @@ def _isolate(function: Callable[P, R], limits: Limits, prepare: Sequence[str]) -
 
 @dataclass(frozen=True)
 class _Function:
-    """A decorated function with the conversions of its arguments and its result."""
+    """A decorated function with the JSON conversion of its arguments and its result."""
 
     function: Callable[..., Any]
     limits: Limits
@@ -124,12 +124,12 @@ class _Function:
 
     @cached_property
     def _sent(self) -> list[str]:
-        """Names of the arguments that travel."""
+        """Names of the arguments that are sent to the worker."""
         return [name for name in self._signature.parameters if name != self._listener]
 
     @cached_property
     def _listener(self) -> str:
-        """Name of the argument that listens, empty without one."""
+        """Name of the listener argument, empty if there is none."""
         return next((name for name, kind in self._types.items() if get_origin(kind) is Callable), "")
 
     @cached_property
@@ -157,7 +157,7 @@ class _Function:
             "function": f"{self.function.__module__}:{self.function.__qualname__}",
             "arguments": self._arguments.dump_python(values, mode="json", warnings="error"),
             "limits": {"cpu_s": self.limits.cpu_s, "memory_mib": self.limits.memory_mib},
-            "path": path,  # a worker finds what its caller finds
+            "path": path,  # a worker finds the same modules as its caller
             "saves": self.limits.grace_s > 0,
         }
 
@@ -177,7 +177,7 @@ class _Function:
         return result
 
     def _reply(self, request: dict[str, Any], access: Access, listen: Callable[[list[Any]], None]) -> dict[str, Any]:
-        """Return the reply of a worker; another one is asked where it was lost through no fault of the request."""
+        """Return the reply of a worker; if it is lost without fault of the request, try again with another worker."""
         for pause_s in _PAUSES_S:
             time.sleep(pause_s)
             reply = call_in_worker(request, self.limits.wall_s, access, self.prepare, listen, self.limits.grace_s)
@@ -186,7 +186,7 @@ class _Function:
         return reply
 
     def run(self, arguments: Sequence[Any], tell: Callable[[list[Any]], None]) -> Any:
-        """Run the function here, on arguments as JSON gave them; return its result for JSON."""
+        """Run the function in this process on arguments from JSON, and return its result as JSON values."""
         values = dict(zip(self._sent, self._arguments.validate_python(arguments), strict=True))
         if self._listener:
             values[self._listener] = lambda *told: tell(self._progress.dump_python(told, mode="json", warnings="error"))
@@ -195,7 +195,7 @@ class _Function:
 
 
 def _adapter(*types: Any) -> TypeAdapter[Any]:
-    """Return what converts a tuple of values of these types; bytes become base64."""
+    """Return the converter for a tuple of values of these types; bytes are encoded as base64."""
     row: Any = GenericAlias(tuple, types)
     return TypeAdapter(row, config=ConfigDict(ser_json_bytes="base64", val_json_bytes="base64"))
 
@@ -204,7 +204,7 @@ _FUNCTIONS: dict[str, _Function] = {}
 
 
 def _error(name: str, reply: dict[str, Any], limits: Limits) -> Exception:
-    """Return what to raise for a reply that brought no result."""
+    """Return the exception for a reply without a result."""
     if "mjcf" in reply:
         return MjcfError([Fault.model_validate(fault) for fault in reply["mjcf"]])
     if "user" in reply:

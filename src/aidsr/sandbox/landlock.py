@@ -1,6 +1,6 @@
-"""Landlock: a process gives up files and network for good, without privileges, before it reads anything foreign.
+"""Landlock: an unprivileged process permanently gives up access to files and network before it reads untrusted data.
 
-Source: https://docs.kernel.org/userspace-api/landlock.html, whose names the constants bear, and <linux/landlock.h>.
+Source: https://docs.kernel.org/userspace-api/landlock.html, from which the constants are named, and <linux/landlock.h>.
 """
 
 from __future__ import annotations
@@ -13,24 +13,24 @@ from functools import cache
 from pathlib import Path
 
 _CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF = 444, 445, 446
-"""System calls; the same numbers on every architecture but Alpha."""
+"""Numbers of the system calls, the same on every architecture except Alpha."""
 _VERSION_FLAG, _PATH_BENEATH, _NO_NEW_PRIVILEGES = 1, 1, 38
 
 _EXECUTE, _WRITE_FILE, _READ_FILE, _READ_DIR, _REMOVE_DIR = (1 << bit for bit in range(5))
 _TRUNCATE, _IOCTL_DEVICE = 1 << 14, 1 << 15
 _READ = _EXECUTE | _READ_FILE | _READ_DIR
 _OF_FILES = _EXECUTE | _WRITE_FILE | _READ_FILE | _TRUNCATE | _IOCTL_DEVICE
-"""Rights that a file can have; the others belong to folders."""
+"""Rights that apply to files; the others apply only to folders."""
 _FILE_RIGHTS = {1: 13, 2: 14, 3: 15, 5: 16}
-"""Number of rights on files that each version of Landlock knows, where it differs from the version before."""
+"""Number of file-system rights by version of Landlock, for versions that added some."""
 _TCP_SINCE, _BIND_AND_CONNECT_TCP = 4, 3
 _SCOPES_SINCE, _ABSTRACT_SOCKETS_AND_SIGNALS = 6, 3
 
 
 _CAPABILITY_VERSION = 0x20080522
 _OVER_FILES = 0b11111
-"""Changing owners and passing over permissions, as in a container whose superuser writes the folders of others.
-Source: <linux/capability.h>."""
+"""Capabilities to change owners and to bypass file permissions, which are kept: in a container, the superuser may have
+to write to folders of other users. Source: <linux/capability.h>."""
 
 
 class _Ruleset(ctypes.Structure):
@@ -45,7 +45,7 @@ class _PathBeneath(ctypes.Structure):
 
 @cache
 def landlock_version() -> int:
-    """Return the version of Landlock that this kernel offers; 0 where there is none."""
+    """Return the Landlock version of this kernel, or 0 without Landlock."""
     if sys.platform != "linux":
         return 0
     return max(0, int(ctypes.CDLL(None).syscall(_CREATE_RULESET, None, ctypes.c_size_t(0), ctypes.c_uint32(1))))
@@ -59,19 +59,19 @@ def limits_network() -> bool:
 def give_up_files_and_network(
     *, readable: Iterable[str | Path], writable: Iterable[str | Path], devices: Iterable[str | Path], emptied: Path
 ) -> None:
-    """Let this thread and those it starts open nothing but what is named; does nothing without Landlock.
+    """Restrict this thread and those it starts to the given files; does nothing without Landlock.
 
-    From version 4 of Landlock on no TCP connection is made or accepted either, and from version 6 on no process outside
-    gets a signal. What does not exist is left out.
+    From version 4 of Landlock, TCP connections can neither be made nor accepted; from version 6, no signals can be sent
+    to processes outside. Paths that do not exist are ignored.
 
     Args:
-        readable: Files, and folders with all below them, that may be read and executed.
-        writable: Folders with all below them that may be read and changed.
-        devices: Files that may be read and written.
+        readable: Files, and folders with everything below them, that may be read and executed.
+        writable: Folders that may be read and changed, with everything below them.
+        devices: Device files that may be read and written.
         emptied: Folder below which empty folders may be removed.
 
     Raises:
-        OSError: The kernel refuses.
+        OSError: The kernel refused a system call.
     """
     version = landlock_version()
     if not version:
@@ -102,10 +102,14 @@ def give_up_files_and_network(
 
 
 def _give_up_privileges() -> None:
-    """Give up the capabilities of a superuser but those over files: some read the memory of other processes."""
+    """Give up all superuser capabilities except those of `_OVER_FILES`; some give access to memory of other processes.
+
+    Raises:
+        OSError: The kernel refused a system call.
+    """
     libc = ctypes.CDLL(None, use_errno=True)
     header = (ctypes.c_uint32 * 2)(_CAPABILITY_VERSION, 0)
-    sets = (ctypes.c_uint32 * 6)()  # effective, permitted and inheritable, the lower 32 bits of all, then the upper
+    sets = (ctypes.c_uint32 * 6)()  # effective, permitted, inheritable: first the lower 32 bits of each, then the upper
     if libc.capget(header, sets):
         raise OSError(ctypes.get_errno(), "capget failed")
     sets[:] = [capabilities & (_OVER_FILES if place < 3 else 0) for place, capabilities in enumerate(sets)]

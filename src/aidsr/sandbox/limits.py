@@ -1,4 +1,4 @@
-"""What a call in a worker may use, and how the operating system enforces it."""
+"""Resource limits of a call in a worker, and their enforcement by the operating system."""
 
 from __future__ import annotations
 
@@ -14,20 +14,21 @@ _MAX_FILE_BYTES = 256 * 2**20  # our choice: a picture is 100 KB, a video a few 
 
 @dataclass(frozen=True)
 class Limits:
-    """What one call may use. Our choice: generous for a robot of this size, small for a machine."""
+    """Resource limits of one call. Our choice: generous for a robot of this size, small for a machine."""
 
     wall_s: float = 60.0
-    """Until the result, or the next call of the function's listener, if it has one."""
+    """Largest wall time until the result, or until the next call of the function's listener, if it has one."""
     cpu_s: float = 120.0
-    """Processor time over all threads, inf for no limit; a whole battery of tests on two threads takes about 1 s."""
+    """Largest CPU time of all threads, inf for no limit; the validator's whole set of tests on two threads takes about
+    1 s."""
     memory_mib: int = 4096
-    """Address space; a worker maps 0.2 GiB when it starts and 0.9 GiB while it draws with OpenGL."""
+    """Largest address space; a worker maps 0.2 GiB when it starts and 0.9 GiB while it renders with OpenGL."""
     grace_s: float = 0.0
-    """After Control-C the function gets a KeyboardInterrupt and this time to save its work; 0 ends it at once."""
+    """Time to save its work that the function gets after Ctrl-C, with a KeyboardInterrupt; 0 ends it at once."""
 
 
 def set_process_limits(memory_mib: int | None = None) -> None:
-    """Set the limits that hold for the life of this process: no core dumps, no giant files, and memory if given."""
+    """Set the permanent limits of this process: no core dumps, no large files, and memory if given."""
     if sys.platform != "win32":
         import resource
 
@@ -40,14 +41,14 @@ def set_process_limits(memory_mib: int | None = None) -> None:
 
 
 def _within(limit: int, hard: int) -> int:
-    """Return a limit that does not exceed the hard one that this process was started with, for example by ulimit."""
+    """Return a limit, reduced to the hard limit that this process was started with, for example by ulimit."""
     import resource
 
     return limit if hard == resource.RLIM_INFINITY else min(limit, hard)
 
 
 def renew_cpu_limit(cpu_s: float) -> None:
-    """Let the system kill this process once it has used this much more processor time."""
+    """Set the CPU limit so that the system kills this process after this much additional CPU time."""
     if sys.platform != "win32":
         import resource
 
@@ -57,10 +58,10 @@ def renew_cpu_limit(cpu_s: float) -> None:
 
 @contextlib.contextmanager
 def call_limits(cpu_s: float, memory_mib: int) -> Iterator[None]:
-    """Limit processor time and address space of this process for the duration of one call.
+    """Limit CPU time and address space of this process for the duration of one call.
 
-    Past the first the system kills the process (SIGXCPU); past the second allocations fail. Only the soft limits are
-    changed, so that they can be restored.
+    Beyond the CPU limit the system kills the process (SIGXCPU); beyond the memory limit allocations fail. Only the soft
+    limits are changed, so that they can be restored.
     """
     if sys.platform == "win32":
         yield

@@ -1,7 +1,7 @@
 """Messages between a process and its child: eight bytes of length, then JSON.
 
-The child moves its pipes away from standard input and output first, so that nothing a library prints can be taken for
-a message.
+The child first moves its pipes away from standard input and output, so that output printed by a library is not
+mistaken for a message.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _LENGTH = struct.Struct(">Q")
 
 
 def read_message(pipe: BinaryIO) -> dict[str, Any] | None:
-    """Return the next message, or None when the other side has closed the pipe."""
+    """Return the next message, or None if the other side has closed the pipe."""
     header = pipe.read(_LENGTH.size)
     if len(header) < _LENGTH.size:
         return None
@@ -42,7 +42,7 @@ def write_message(pipe: BinaryIO, message: dict[str, Any]) -> None:
 
     Raises:
         OSError: The other side has closed the pipe.
-        TypeError: The message holds something JSON cannot express.
+        TypeError: The message contains a value that JSON cannot express.
     """
     write_bytes(pipe, json.dumps(message).encode())
 
@@ -66,10 +66,13 @@ def connect_to_parent(
     The process ends when its parent closes the request pipe, which also happens when the parent dies.
 
     Args:
-        memory_mib: Limit of memory for the life of this process.
-        access: Files that it may open from then on.
-        prepare: What is loaded before it gives up the others, "module", or also called, "module:function": Python
-            could not keep modules compiled afterwards.
+        memory_mib: Permanent memory limit of this process; None for no limit.
+        access: Files that it may open afterwards.
+        prepare: Modules to import before it gives up access to other files, as "module", or "module:function" to also
+            call a function. Python could not cache the bytecode of modules imported afterwards.
+
+    Returns:
+        The queue of requests, and the pipe for replies.
     """
     requests, replies = _take_over_pipes()
     faulthandler.enable()
@@ -79,14 +82,14 @@ def connect_to_parent(
         loaded = import_module(module)
         if function:
             getattr(loaded, function)()
-    access.give_up_everything_else()  # before the first thread starts: Landlock holds for those that start later
+    access.give_up_everything_else()  # before the first thread: Landlock applies to threads started later
     inbox: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
     threading.Thread(target=_forward_requests, args=(requests, inbox), daemon=True).start()
     return inbox, replies
 
 
 def _take_over_pipes() -> tuple[BinaryIO, BinaryIO]:
-    """Return this process's request and reply pipes; whatever is printed from now on goes to standard error."""
+    """Return this process's request and reply pipes, and redirect standard output to standard error."""
     requests = os.fdopen(os.dup(0), "rb")
     replies = os.fdopen(os.dup(1), "wb")
     nothing = os.open(os.devnull, os.O_RDONLY)
@@ -97,7 +100,7 @@ def _take_over_pipes() -> tuple[BinaryIO, BinaryIO]:
 
 
 def _forward_requests(requests: BinaryIO, inbox: queue.SimpleQueue[dict[str, Any]]) -> None:
-    """Put requests into a queue until the parent is gone; then remove the private folder and exit, also mid-call."""
+    """Put requests into a queue until the parent has ended; then remove the private folder and exit, even in a call."""
     while (request := read_message(requests)) is not None:
         inbox.put(request)
     os.chdir(os.path.sep)

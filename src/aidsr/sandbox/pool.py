@@ -1,4 +1,4 @@
-"""A few warm worker processes, each serving one call at a time. Loads nothing heavy."""
+"""Pool of a few warm worker processes, each for one call at a time. This module imports nothing large."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from aidsr.sandbox.environment import inside_worker
 
 
 def warm_up(count: int = 1, modules: Sequence[str] = ()) -> None:
-    """Start workers in the background, so that they are ready by the time the first calls come.
+    """Start workers in the background, so that they are ready for the first calls.
 
     Args:
-        count: Idle workers that there should be, at most as many as work at once.
-        modules: What new ones import, because the first calls will need it.
+        count: Number of idle workers to have, at most the size of the pool.
+        modules: Modules that new workers import, because the first calls will need them.
     """
     if not inside_worker():
         _pool().warm_up(count, modules)
 
 
 def module_path() -> list[str]:
-    """Return where this process finds modules, for a child to find them there too."""
+    """Return the absolute entries of this process's module search path, for use in a child."""
     return [entry for entry in sys.path if Path(entry).is_absolute()]
 
 
@@ -40,9 +40,9 @@ def call_in_worker(
     listen: Callable[[list[Any]], None] = lambda _values: None,
     grace_s: float = 0.0,
 ) -> dict[str, Any]:
-    """Return the reply of an idle worker to a request, see `Child.call`; waits while all are busy.
+    """Send a request to an idle worker and return its reply, see `Child.call`; waits while all workers are busy.
 
-    A call that prepares its worker has one of its own.
+    A call with `prepare` gets a new worker of its own.
     """
     if prepare:
         child = Child(access, prepare)
@@ -63,7 +63,7 @@ class _Pool:
 
     @contextlib.contextmanager
     def child(self, access: Access) -> Iterator[Child]:
-        """Lend a child that is ready or being started; waits while all are busy."""
+        """Lend a child that is ready or starting; waits while all are busy."""
         with self._slots:
             child = self._take(access)
             try:
@@ -101,11 +101,11 @@ _pools_lock = threading.Lock()
 
 
 def _pool() -> _Pool:
-    """Return the pool of this process, made when first needed."""
+    """Return the pool of this process, which is created on first use."""
     with _pools_lock:
         if not _pools:
-            # Our choice: one child per core, at least two so that a long call does not hold up a short one, and at most
-            # four because each holds about 150 MB.
+            # Our choice: one child per core, at least two so that a long call does not block a short one, and at most
+            # four because each uses about 150 MB.
             _pools.append(_Pool(max(2, min(4, os.cpu_count() or 2))))
             atexit.register(_close)
             if hasattr(os, "register_at_fork"):

@@ -1,8 +1,7 @@
-"""The child process in which models from outside are compiled and simulated.
+"""Main program of a worker: the child process in which untrusted models are compiled and simulated.
 
-`aidsr.sandbox.child` starts it as `python -m aidsr.sandbox.worker [MODULE ...]` and exchanges one message at a time
-with it. The process ends when its request pipe closes, which happens when the parent closes it and also when the parent
-dies.
+`aidsr.sandbox.child` starts it as `python -m aidsr.sandbox.worker ACCESS [MODULE ...]` and exchanges one message at a
+time with it. The process ends when its request pipe closes: when the parent closes it, or when the parent dies.
 """
 
 from __future__ import annotations
@@ -24,7 +23,8 @@ from aidsr.sandbox.limits import call_limits
 from aidsr.sandbox.pipes import connect_to_parent, write_message
 
 _UNKNOWN_CPP_EXCEPTION = "Caught an unknown exception!"
-"""What MuJoCo's bindings raise for its compiler's own exceptions, as where memory runs out. Source: pybind11."""
+"""Message of the exception that MuJoCo's bindings raise for exceptions of its compiler, such as out of memory.
+Source: pybind11."""
 
 
 def main() -> None:
@@ -40,34 +40,34 @@ def main() -> None:
         request = inbox.get()
         try:
             parent.reply(_run(request, parent))
-        except KeyboardInterrupt:  # what was to be saved is saved; the process ends as one that was interrupted
+        except KeyboardInterrupt:  # the function has saved its work; end the process by the signal
             signal.signal(signal.SIGINT, signal.SIG_DFL)
             os.kill(os.getpid(), signal.SIGINT)
 
 
 @dataclass(frozen=True)
 class _Parent:
-    """The process that asks, and may listen to a call in progress."""
+    """Connection to the parent process, which sends requests and can receive progress."""
 
     inbox: queue.SimpleQueue[dict[str, Any]]
     replies: BinaryIO
 
     def reply(self, reply: dict[str, Any]) -> None:
-        """Answer a request."""
+        """Send the reply to a request."""
         try:
             write_message(self.replies, reply)
         except TypeError:
             write_message(self.replies, {"bug": traceback.format_exc()})
 
     def tell(self, values: list[Any]) -> None:
-        """Let its listener hear values, and wait until it has."""
+        """Send values to the listener in the parent, and wait until it has processed them."""
         write_message(self.replies, {"progress": values})
         self.inbox.get()
 
 
 @contextlib.contextmanager
 def _interruptible(saves: bool) -> Iterator[None]:
-    """Raise KeyboardInterrupt for signals in a call that saves its work; other calls are simply ended by them."""
+    """Turn SIGINT and SIGTERM into KeyboardInterrupt in a call that saves its work; they simply end other calls."""
     if not saves:
         yield
         return
@@ -102,7 +102,7 @@ def _run(request: dict[str, Any], parent: _Parent) -> dict[str, Any]:
 
 
 def _failure_of_a_library(error: Exception) -> dict[str, Any]:
-    """Return the reply where a model was too much for MuJoCo or NumPy; empty for any other error, which is a bug."""
+    """Return the reply for an error that a model caused in MuJoCo or NumPy; empty for any other error, a bug."""
     import mujoco
     import numpy as np
 

@@ -1,4 +1,4 @@
-"""Accelerations that a motion needs although no speed changes: those towards the centre of what turns."""
+"""Accelerations of bodies at constant joint speeds, such as the centripetal acceleration of a rotating body."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ Array = NDArray[np.float64]
 
 
 def turning_accelerations(model: mujoco.MjModel, qpos: Array, qvel: Array) -> Array:
-    """Return the acceleration of each body's centre of mass if every joint kept its speed, (n, nbody) [m/s2].
+    """Return the magnitude of each body's centre-of-mass acceleration at constant joint speeds, (n, nbody) [m/s2].
 
     Args:
-        model: The model.
-        qpos: Positions, (n, nq).
-        qvel: Velocities, (n, nv).
+        model: Compiled model.
+        qpos: Joint positions, (n, nq).
+        qvel: Joint velocities, (n, nv).
 
-    Source: the acceleration of a point is J a + dJ/dt v; with the joints' accelerations a = 0 the second term is left.
-    MuJoCo documentation, `mj_rnePostConstraint`: `cacc` is about the centre of mass of the whole tree and holds
-    gravity as an acceleration upwards.
+    Source: the acceleration of a point is J a + dJ/dt v; with joint accelerations a = 0 only the second term remains.
+    MuJoCo documentation, `mj_rnePostConstraint`: `cacc` refers to the centre of mass of the whole kinematic tree and
+    contains gravity as an upward acceleration.
     """
     data, found = mujoco.MjData(model), np.zeros((len(qpos), model.nbody))
     acceleration = np.zeros(6)

@@ -1,8 +1,8 @@
-"""How actuators scale: what their input, gain and bias measure.
+"""Scaling of actuators according to the physical units of their input, gain and bias.
 
-A position servo's input is a coordinate of its transmission and a velocity servo's a rate of it; both scale as such.
-Every other input keeps its numbers, and the gain carries the force. So a policy that pulls a tendon halfway pulls it
-halfway after scaling, whatever the kind of actuator.
+The input of a position servo is a coordinate of its transmission and is scaled like it; the input of a velocity servo
+is the rate of that coordinate and is scaled like the rate. Every other input keeps its numbers, and the gain is scaled
+like a force. For every kind of actuator, a policy that pulls a tendon halfway still pulls it halfway after scaling.
 
 Source: MuJoCo XML reference, actuator/general and its shortcuts; force = gain(length, velocity) x input + bias.
 """
@@ -32,7 +32,10 @@ _TRANSMISSIONS = (
 
 
 def has_scaling_rule(actuator: Any) -> bool:
-    """Return whether `scale_actuator` knows this kind; electrical motors are not matter that could be scaled."""
+    """Return whether `scale_actuator` supports this kind of actuator; it does not support DC motors, for example.
+
+    Material scaling says nothing about the electrical constants of a motor.
+    """
     return (
         actuator.gaintype in _GAINS
         and actuator.biastype in _BIASES
@@ -42,12 +45,12 @@ def has_scaling_rule(actuator: Any) -> bool:
 
 
 def actuator_coordinate(actuator: Any, coordinates: Mapping[tuple[str, str], Coordinate], units: Units) -> Coordinate:
-    """Return the coordinate an actuator's transmission moves.
+    """Return the generalized coordinate on which an actuator's transmission acts.
 
     Args:
         actuator: The actuator.
-        coordinates: Those of the model's joints and tendons.
-        units: The change of units.
+        coordinates: Coordinates of the model's joints and tendons, by kind ("joint", "tendon") and name.
+        units: Factors on mass, length and time.
     """
     if actuator.trntype == _TRN.mjTRN_TENDON:
         return coordinates["tendon", actuator.target]
@@ -59,10 +62,11 @@ def actuator_coordinate(actuator: Any, coordinates: Mapping[tuple[str, str], Coo
 
 
 def scale_actuator(actuator: Any, coordinate: Coordinate) -> None:
-    """Multiply an actuator's attributes by what their units say, in place."""
+    """Multiply each attribute of an actuator by the factor for its physical unit, in place."""
     units = coordinate.units
     if coordinate.is_length:
-        # Forces and torques share the six gears of a site or free joint: torques are forces on longer arms.
+        # The six gears of a site or free joint are three for forces and three for torques; a torque has one more
+        # power of length.
         actuator.gear = actuator.gear * np.repeat([1.0, units.length], 3)
     activation = _input_factor(actuator, coordinate)
     control = activation / units.time if actuator.dyntype == _DYN.mjDYN_INTEGRATOR else activation
@@ -78,9 +82,9 @@ def scale_actuator(actuator: Any, coordinate: Coordinate) -> None:
     bias = actuator.biasprm * _bias_factors(actuator, coordinate)
     gain = actuator.gainprm * _gain_factors(actuator, coordinate, activation)
     if _is_position_servo(actuator):
-        bias[1] = -gain[0]  # MuJoCo recognises a position servo by their being equal to the last bit
+        bias[1] = -gain[0]  # MuJoCo recognizes a position servo by bit-exact equality of the two
         if bias[2] > 0:
-            bias[2] = actuator.biasprm[2]  # and then reads a positive third number as a damping ratio
+            bias[2] = actuator.biasprm[2]  # MuJoCo then reads a positive third number as a damping ratio
     actuator.gainprm, actuator.biasprm = gain, bias
 
 
@@ -96,7 +100,7 @@ def _is_velocity_servo(actuator: Any) -> bool:
 
 
 def _input_factor(actuator: Any, coordinate: Coordinate) -> float:
-    """Return the factor on what the gain multiplies: the activation, or the control where there is none."""
+    """Return the factor on the input of the gain: the activation, or the control of an actuator without activation."""
     if _is_position_servo(actuator):
         return coordinate.value()
     if _is_velocity_servo(actuator):
@@ -114,14 +118,14 @@ def _dynamics_factors(actuator: Any, units: Units) -> np.ndarray:
 
 
 def _affine_factors(coordinate: Coordinate) -> list[float]:
-    """Return the factors on force, force per coordinate and force per rate of it."""
+    """Return the factors on force, on force per coordinate and on force per rate of the coordinate."""
     force = coordinate.force
     return [force, force * coordinate.value(-1), force * coordinate.value(-1, time=1)]
 
 
 def _muscle_factors(actuator: Any, coordinate: Coordinate) -> list[float]:
     """Return the factors on range (2), force, scale, lmin, lmax, vmax, fpmax, fvmax."""
-    # A negative force asks the compiler for scale / acc0, where scale is an angular acceleration.
+    # With a negative force, the compiler computes the force as scale / acc0, where scale is an angular acceleration.
     force = coordinate.force if actuator.gainprm[2] >= 0 else 1.0
     per_time = coordinate.units.of(time=-1)
     return [1.0, 1.0, force, per_time**2, 1.0, 1.0, per_time, 1.0, 1.0]

@@ -1,7 +1,7 @@
-"""Scene assembly: a robot placed in an environment, as the Scene Integrator decided.
+"""Scene assembly: place a robot in an environment according to the Scene Integrator's decision.
 
-The Integrator answers with a `Placement`; this file carries it out. `docs/environments.md` says what is
-done to a robot on the way and why.
+The Scene Integrator returns a `Placement`; this module carries it out. `docs/environments.md` describes the changes
+that assembly makes to a robot and the reasons for them.
 """
 
 from __future__ import annotations
@@ -37,15 +37,16 @@ from aidsr.sim.strip_scenery import strip_scenery, write_out_inertias
 from aidsr.sim.task_sensors import TaskSensor, add_task_sensors, measured_parts
 
 _SITE_RADIUS_M = 0.003
-_SITE_GROUP = 4  # MuJoCo draws groups 0 to 2 unless asked for more
+_SITE_GROUP = 4  # by default MuJoCo draws only groups 0 to 2
 
 _LITTLE_SMALLER = 0.75
-"""Scale down to which a robot keeps its step. Our choice: soft limbs stable at a step are stable at 1.3 times it."""
+"""Smallest scale below 1 at which the time step is not reduced. Our choice: soft limbs that are stable at a time step
+are also stable at 1.3 times that step."""
 
-_NAMES_LISTED = 30  # our choice: a fault is read by a person or a language model, not searched
+_NAMES_LISTED = 30  # names in a message; our choice: a person or a language model reads the message as a whole
 
 _OF_THE_ENVIRONMENT = ("option", "visual", "statistic", "size", "keyframe")
-"""Sections of a robot's file that have one owner in a scene: the environment."""
+"""Sections of a robot's MJCF that a scene takes from the environment only."""
 
 
 @isolated
@@ -55,13 +56,14 @@ def assemble(robot: Robot, environment: str, placement: Placement, sensors: Sequ
     Args:
         robot: The robot alone.
         environment: MJCF of the environment.
-        placement: Where and how the robot stands in it.
-        sensors: What the task measures about the robot.
+        placement: Mount, pose, base and scale of the robot in the environment.
+        sensors: Sensors with which the task measures the robot.
 
     Raises:
-        MjcfError: The robot or the environment cannot be loaded, the environment holds a robot already or stands still,
-            the placement names something that does not exist, or the robot cannot be based as the placement asks.
-        IsolationError: Assembling ran past its limits.
+        MjcfError: The robot or the environment cannot be loaded, the environment already holds a robot or has a time
+            step of zero, the placement names something that does not exist, or the robot cannot have the requested
+            base (fixed or free).
+        IsolationError: Assembly exceeded its limits of time or memory.
     """
     mjcf, notes = _assemble(robot, environment, placement, sensors)
     return Scene(mjcf=mjcf, placement=placement, notes=tuple(notes))
@@ -69,10 +71,12 @@ def assemble(robot: Robot, environment: str, placement: Placement, sensors: Sequ
 
 @isolated
 def add_sensors(scene: str, sensors: Sequence[TaskSensor]) -> str:
-    """Return the MJCF of an assembled scene with those sensors whose names it lacks, in an isolated process.
+    """Return the MJCF of an assembled scene with those of the sensors added whose names it does not have yet.
+
+    Runs in an isolated process.
 
     Raises:
-        MjcfError: The scene cannot be loaded, or a sensor needs a functional part and the scene marks none.
+        MjcfError: The scene cannot be loaded, or a sensor needs a functional part and the scene has no site for one.
     """
     spec = load_mjcf(scene).spec
     model = _compile(spec.copy(), "the scene")
@@ -88,7 +92,7 @@ def add_sensors(scene: str, sensors: Sequence[TaskSensor]) -> str:
 def _assemble(
     robot: Robot, environment: str, placement: Placement, sensors: Sequence[TaskSensor]
 ) -> tuple[str, list[str]]:
-    """Return the scene's MJCF and one sentence for each change made on the way."""
+    """Return the scene's MJCF and one sentence for each change that was made to the robot or the time step."""
     loaded = load_mjcf(environment)
     check_environment(loaded)
     scene = loaded.spec
@@ -113,16 +117,17 @@ def _assemble(
 
 
 def _prepare(spec: mujoco.MjSpec, document: Element) -> list[Any]:
-    """Make a model ready to be joined with another, in place, and return its default classes."""
+    """Prepare a model for attachment to another one, in place, and return its default classes."""
     names = sorted({default.get("class", "main") for default in document.iter("default")} - {"main"})
     classes = [spec.default, *(spec.find_default(name) for name in names)]
     if spec.compiler.degree:
-        # Elements hold copies that are converted when compiled; their classes are written as they are.
+        # Elements hold copies of these values that the compiler converts to radians. The classes are written to the
+        # scene without conversion, so they are converted here.
         for joint in (default.joint for default in classes if default.joint.type != mujoco.mjtJoint.mjJNT_SLIDE):
             joint.range, joint.ref, joint.springref = np.deg2rad(joint.range), *np.deg2rad([joint.ref, joint.springref])
     for index, body in enumerate(spec.bodies):
-        body.name = body.name or unused_name(f"body_{index}", spec.bodies)  # everything below goes by name
-    # Where limits must be switched on explicitly they are, so this changes nothing but what may be left out.
+        body.name = body.name or unused_name(f"body_{index}", spec.bodies)  # the code below refers to bodies by name
+    # With autolimits off, MuJoCo requires a flag beside every range, so switching it on changes no limit.
     spec.compiler.autolimits = True
     spec.compiler.discardvisual = spec.compiler.fusestatic = False
     write_out_inertias(spec)
@@ -130,7 +135,10 @@ def _prepare(spec: mujoco.MjSpec, document: Element) -> list[Any]:
 
 
 def _read_robot(text: str, scale: float) -> tuple[mujoco.MjSpec, list[Any], float | None, list[str]]:
-    """Return the robot without scenery at its final size, its classes, the timestep it asks for, and what changed."""
+    """Return the scaled robot without scenery, its default classes, its own time step [s], and notes on the changes.
+
+    The time step is None if the robot's MJCF has none.
+    """
     document = copy.deepcopy(load_mjcf(text).document.root)
     timesteps = [option.get("timestep", "") for option in document.findall("option")]
     put_aside = [element for name in _OF_THE_ENVIRONMENT for element in document.findall(name)]
@@ -139,7 +147,8 @@ def _read_robot(text: str, scale: float) -> tuple[mujoco.MjSpec, list[Any], floa
     spec = mujoco.MjSpec.from_string(etree.tostring(document, encoding="unicode"))
     classes = _prepare(spec, document)
     for default in classes:
-        # Attaching gives assets their prefix, but not where a class names one. Elements name their own.
+        # Attaching prefixes the names of assets, but not the references to them in default classes. Elements have
+        # their own references.
         default.geom.material = default.site.material = default.tendon.material = default.mesh.material = ""
         default.material.textures = [""] * len(default.material.textures)
     notes = strip_scenery(spec)
@@ -155,10 +164,11 @@ def _read_robot(text: str, scale: float) -> tuple[mujoco.MjSpec, list[Any], floa
 def _check_names(
     robot: Robot, placement: Placement, sensors: Sequence[TaskSensor], stage: mujoco.MjModel, alone: mujoco.MjModel
 ) -> FunctionalPart | None:
-    """Return the functional part, having looked up every name that a placement or a task uses.
+    """Look up every name that the placement or the task uses; return the functional part, None if none is named.
 
     Raises:
-        MjcfError: Some of them do not exist.
+        MjcfError: A name does not exist, a sensor's name is already in use, or a sensor needs a functional part and
+            none is named.
     """
     faults = []
     mounts = ("world", *mount_names(stage))
@@ -224,14 +234,18 @@ def _duplicate(name: str) -> Fault:
 
 
 def _listed(names: Iterable[str]) -> str:
-    """Return names in a sentence, the first of many."""
+    """Return names as a comma-separated list; names beyond the first `_NAMES_LISTED` are only counted."""
     found = list(dict.fromkeys(name for name in names if name))
     rest = len(found) - _NAMES_LISTED
     return ", ".join(found[:_NAMES_LISTED]) + (f" and {rest} more" if rest > 0 else "")
 
 
 def _yield_contact_settings(robot: mujoco.MjSpec, classes: Sequence[Any], environment: mujoco.MjSpec) -> None:
-    """Let the environment decide on contacts with it, and make those among robot parts as stiff as can be."""
+    """Give the environment priority in its contacts with the robot, and stiffen contacts within the robot, in place.
+
+    The geom with the higher priority decides about a contact's friction and stiffness. Contacts between parts of the
+    robot become as stiff as the time step allows.
+    """
     lowest = min((geom.priority for geom in environment.geoms), default=0)
     for geom in (*robot.geoms, *(default.geom for default in classes)):
         geom.priority = min(geom.priority, lowest - 1)
@@ -239,11 +253,13 @@ def _yield_contact_settings(robot: mujoco.MjSpec, classes: Sequence[Any], enviro
 
 
 def _common_timestep(environment_s: float, robot_s: float | None, scale: float) -> tuple[float, list[str]]:
-    """Return the scene's timestep [s]: the environment's, or a whole fraction of it where the robot needs less.
+    """Return the scene's time step [s] and a note if it differs from the environment's.
 
-    Scaled matter moves in scaled time (`aidsr.sim.scaling`), so a smaller robot needs a smaller step to be as stable.
-    If it is only a little smaller, that is left to the validation of the scene: half the step is twice the work.
-    The whole number keeps control periods that are multiples of the environment's step what they are.
+    The time step is the environment's, divided by a whole number if the robot needs a smaller one. A scaled robot moves
+    in scaled time (`aidsr.sim.scaling`), so a smaller robot needs a smaller step for the same stability. For a scale
+    from `_LITTLE_SMALLER` to 1 the step is not reduced for the scale, since half the step means twice the computing
+    time; the validation of the scene then tests the stability. Because the divisor is a whole number, control periods
+    that are multiples of the environment's step remain multiples of the scene's.
     """
     asked_s = min(environment_s, robot_s or environment_s) * (1.0 if _LITTLE_SMALLER <= scale < 1.0 else scale)
     parts = max(1, math.ceil(environment_s / asked_s - 1e-9))
@@ -254,7 +270,7 @@ def _common_timestep(environment_s: float, robot_s: float | None, scale: float) 
 
 
 def _write(scene: mujoco.MjSpec) -> str:
-    """Return a scene as MJCF that has been loaded once."""
+    """Return the scene as MJCF, after checking that this text compiles."""
     _compile(scene, "the scene")
     mjcf = str(scene.to_xml())
     compile_mjcf(mjcf)

@@ -1,4 +1,4 @@
-"""What the command of an actuator means: a position, a speed or a force, and in which unit."""
+"""Physical meaning of an actuator's command: position, speed or force, and its unit."""
 
 from __future__ import annotations
 
@@ -10,18 +10,19 @@ import numpy as np
 
 _TRANSMISSION, _DYNAMICS, _JOINT = mujoco.mjtTrn, mujoco.mjtDyn, mujoco.mjtJoint
 _PLAIN = (_DYNAMICS.mjDYN_NONE, _DYNAMICS.mjDYN_FILTER, _DYNAMICS.mjDYN_FILTEREXACT)
-"""Dynamics under which an actuator comes to what it is commanded."""
+"""Actuator dynamics with which the input of the gain equals the command or converges to it."""
 _LENGTH, _ANGLE = ("m", "N"), ("rad", "N m")
+"""Unit of position and unit of force."""
 
 
 @dataclass(frozen=True)
 class Command:
-    """What a command means.
+    """Physical meaning of a command.
 
     Attributes:
-        kind: What is commanded. A torque is a force here.
-        unit: Its SI unit: m, rad, m/s, rad/s, N or N m.
-        factor: By which a command is multiplied to be in that unit; not 1 where a gear or a gain stands between.
+        kind: Commanded quantity. A torque counts as a force.
+        unit: SI unit of the quantity: m, rad, m/s, rad/s, N or N m.
+        factor: Factor that converts a command to that unit; it differs from 1 if there is a gear or a gain.
     """
 
     kind: Literal["position", "speed", "force"]
@@ -30,11 +31,11 @@ class Command:
 
 
 def command_of(model: mujoco.MjModel, actuator: int) -> Command | None:
-    """Return what the command of an actuator means, None where that is none of MuJoCo's shortcuts.
+    """Return the meaning of an actuator's command, None if it is not known.
 
-    Known are `position`, `velocity`, `intvelocity` and `motor`, also written as `general`, on hinges, slides and
-    spatial tendons, and forces or torques at sites. The unit of a fixed tendon depends on its coefficients and is not
-    known.
+    Known are `position`, `velocity`, `intvelocity` and `motor`, and `general` actuators equivalent to one of them, on
+    hinges, slides and spatial tendons, and forces or torques at sites. The unit of a fixed tendon depends on its
+    coefficients and is not known.
 
     Source: MuJoCo XML reference, actuator/position, velocity, intvelocity and motor.
     """
@@ -62,14 +63,14 @@ def command_of(model: mujoco.MjModel, actuator: int) -> Command | None:
 
 
 def is_spatial(model: mujoco.MjModel, tendon: int) -> bool:
-    """Return whether a tendon has a path; else it is fixed, a weighted sum of joint positions."""
+    """Return whether a tendon is spatial (has a path); a fixed tendon is a weighted sum of joint positions."""
     return bool(model.wrap_type[model.tendon_adr[tendon]] != mujoco.mjtWrap.mjWRAP_JOINT)
 
 
 def _acted_on(model: mujoco.MjModel, actuator: int) -> tuple[tuple[str, str], float] | None:
-    """Return the units of the way and of the force of what an actuator acts on, and its gear; None where not known.
+    """Return the units of position and of force of an actuator's transmission, and its gear; None if not known.
 
-    A site has no way of its own: its unit is empty.
+    The unit of position is empty for a site, which has no position coordinate.
     """
     kind, target = int(model.actuator_trntype[actuator]), int(model.actuator_trnid[actuator, 0])
     gear = model.actuator_gear[actuator]

@@ -1,4 +1,4 @@
-"""Where a robot touches what is around it, and how hard."""
+"""Points and forces of the contacts between a robot and its surroundings."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 CONTACT_NUMBERS = 6
-"""Of each contact: point (3) [m], force on the robot (3) [N]."""
+"""Numbers per contact: point (3) [m], force on the robot (3) [N]."""
 
 
 class ContactForces:
-    """Finds the contacts between the robot of a model and everything else.
+    """Reader of the contacts between the robot of a model and everything else.
 
     Args:
-        model: The model.
+        model: Compiled model.
         robot: Ids of the robot's geoms.
     """
 
@@ -27,10 +27,10 @@ class ContactForces:
         self._force = np.zeros(6)
 
     def read(self, data: mujoco.MjData) -> Array:
-        """Return point and force of each contact that carries one, in world coordinates, (n, 6) [m, N].
+        """Return point and force of each contact with a non-zero force, in world coordinates, (n, 6) [m, N].
 
-        Source: MuJoCo, mj_contactForce: in the contact's frame, whose first row points from the first geom to the
-        second; the force is the one on the second.
+        Source: MuJoCo, mj_contactForce: the force on the second geom, in the contact's frame, whose first row points
+        from the first geom to the second.
         """
         found = []
         for index in range(data.ncon):

@@ -1,7 +1,9 @@
-"""Joints that follow another one: coupled by an equality, they are one degree of freedom together.
+"""Coupled joints: an equality constraint makes a joint (the follower) follow another joint (the leader).
 
-Source: MuJoCo XML reference, equality/joint: y - y0 = a0 + a1 (x - x0) + ... + a4 (x - x0)^4, y the first joint, x the
-second, y0 and x0 their reference positions; without a second joint y is held.
+A leader and its followers have one degree of freedom together.
+
+Source: MuJoCo XML reference, equality/joint: y - y0 = a0 + a1 (x - x0) + ... + a4 (x - x0)^4, where y is the first
+joint, x the second, y0 and x0 their reference positions; without a second joint, y is held at y0 + a0.
 """
 
 from __future__ import annotations
@@ -18,12 +20,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Coupling:
-    """A hinge or slide that follows another.
+    """A hinge or slide that follows another joint.
 
     Attributes:
-        joint: What follows.
-        leader: What it follows; -1 where it is held.
-        way: Its way from its reference position, of the way of the leader [rad or m].
+        joint: Id of the follower.
+        leader: Id of the leader; -1 if the follower is held in place.
+        way: Displacement of the follower from its reference position as a polynomial of the leader's displacement
+            [rad or m].
     """
 
     joint: int
@@ -32,7 +35,10 @@ class Coupling:
 
 
 def read_couplings(model: mujoco.MjModel) -> tuple[Coupling, ...]:
-    """Return the active joint equalities, what leads before what follows it; one of a circle is left out."""
+    """Return the active joint equalities, each leader before its followers.
+
+    Couplings in a cycle, and those that depend on one, are left out.
+    """
     kind = int(mujoco.mjtEq.mjEQ_JOINT)
     waiting: dict[int, Coupling] = {}
     for equality in np.flatnonzero(np.asarray(model.eq_active0)).tolist():
@@ -50,7 +56,13 @@ def read_couplings(model: mujoco.MjModel) -> tuple[Coupling, ...]:
 
 
 def follow(model: mujoco.MjModel, couplings: tuple[Coupling, ...], qpos: Array) -> None:
-    """Put every joint that follows where its leader wants it, in place."""
+    """Set the position of every follower from the position of its leader, in place.
+
+    Args:
+        model: Compiled model.
+        couplings: Couplings of that model, leaders first.
+        qpos: Joint positions, (nq,); changed.
+    """
     for each in couplings:
         at, reference = int(model.jnt_qposadr[each.joint]), model.qpos0
         led = int(model.jnt_qposadr[each.leader]) if each.leader >= 0 else at
@@ -58,12 +70,12 @@ def follow(model: mujoco.MjModel, couplings: tuple[Coupling, ...], qpos: Array) 
 
 
 def onto_leaders(model: mujoco.MjModel, couplings: tuple[Coupling, ...], qpos: Array, arms: Array) -> Array:
-    """Return moment arms about leaders and free joints, with what they do through the joints that follow.
+    """Return moment arms with those of the followers added to their leaders; the arms of followers become 0.
 
     Args:
         model: Compiled model.
-        couplings: Of that model.
-        qpos: The pose, in which followers are where they belong, (nq,).
+        couplings: Couplings of that model, leaders first.
+        qpos: Pose that satisfies the couplings, (nq,).
         arms: Moment arms about every degree of freedom, (..., nv) [m/rad; 1 for a slide].
     """
     moved = np.array(arms)

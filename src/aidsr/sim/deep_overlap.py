@@ -1,4 +1,4 @@
-"""How deep bodies get into each other while a robot moves; the validator and the evaluation of policies share it."""
+"""Depth of the overlap between geoms while a robot moves; used by the validator and by the evaluation of policies."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 DEEP = 1.0
-"""Overlap that is deep, as a share of half the thinner body's thickness. Source: our choice: from there on the surface
-of one body lies beyond the middle of the other, and contact may push it out on the wrong side."""
+"""Smallest deep overlap, as a share of half the thickness of the thinner geom. Source: our choice: from this depth on,
+the surface of one geom lies beyond the middle of the other, and contact may push it out on the wrong side."""
 
 
 @dataclass(frozen=True)
 class DeepOverlap:
-    """Two geoms that are inside of each other.
+    """Overlap of two geoms.
 
     Attributes:
-        share: How deep / half the thickness of the thinner one.
-        depth_m: How deep [m].
-        geoms: Which.
+        share: Depth / half the thickness of the thinner geom.
+        depth_m: Depth [m].
+        geoms: Ids of the two geoms.
     """
 
     share: float
@@ -30,18 +30,18 @@ class DeepOverlap:
 
 
 def half_thickness_m(model: mujoco.MjModel) -> NDArray[np.float64]:
-    """Return half the smallest width of each geom [m], (ngeom,); a plane has no other side, and is as thick as any."""
+    """Return half the smallest width of each geom [m], (ngeom,); infinity for planes, which have no other side."""
     thin_m = model.geom_aabb[:, 3:].min(axis=1)
     return np.where(model.geom_type == int(mujoco.mjtGeom.mjGEOM_PLANE), np.inf, thin_m)
 
 
 def deepest_overlap(data: mujoco.MjData, half_m: NDArray[np.float64], ours: Collection[int]) -> DeepOverlap | None:
-    """Return the deepest overlap that concerns the robot, None where it overlaps nothing.
+    """Return the deepest overlap of a geom of the robot with any geom, None if there is no overlap.
 
     Args:
-        data: After `mj_collision`.
-        half_m: See `half_thickness_m`.
-        ours: The robot's geoms; quick to ask.
+        data: Simulation state after `mj_collision`.
+        half_m: Result of `half_thickness_m`.
+        ours: Ids of the robot's geoms, in a collection with fast membership tests.
     """
     deepest = None
     for pair, distance_m in zip(data.contact.geom.tolist(), data.contact.dist.tolist(), strict=True):

@@ -1,11 +1,11 @@
-"""When a simulation has diverged: one definition for the validator, the probe, training and the viewer.
+"""Detection of diverged simulations, shared by the validator, the probe, training and the viewer.
 
-A simulation has diverged when MuJoCo warned, when its numbers are not finite, or when something in it moves faster than
-anything real. Which warnings count and what is limited are parameters, because those who ask differ on purpose:
+A simulation has diverged when MuJoCo issued a warning, when its state is not finite, or when a body or joint exceeds a
+speed limit. Which warnings count and which speeds are limited are parameters, because the callers differ on purpose:
 
-    validator                 fatal warnings; speeds of bodies and joints, of the robot only
-    episodes (probe, training) any warning, as a policy could learn to exploit it; speeds of all bodies
-    viewer                    fatal warnings; no limit of speed, as a person sees it
+    validator                  fatal warnings; speeds of the robot's bodies and joints
+    episodes (probe, training) any warning, since a policy could learn to exploit it; speeds of all bodies
+    viewer                     fatal warnings; no speed limit, since the user sees the motion
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ BoolArray = NDArray[np.bool_]
 FloatArray = NDArray[np.float64]
 
 MAX_BODY_SPEED_M_S = 50.0
-"""A body faster than this means that the simulation has diverged. Source: docs/tasks.md; our choice, an order of
-magnitude above anything that tendons of these robots can throw."""
+"""Speed of a body above which the simulation has diverged. Source: docs/tasks.md; our choice, an order of magnitude
+above the speed of anything that the tendons of these robots can throw."""
 
 FULL_WARNINGS = [int(mujoco.mjtWarning.mjWARN_CONTACTFULL), int(mujoco.mjtWarning.mjWARN_CNSTRFULL)]
-"""MuJoCo's memory was too small for all contacts or constraints, so that some were left out of the physics."""
+"""Warnings that MuJoCo's memory was too small for all contacts or constraints, so that it left some of them out."""
 FATAL_WARNINGS = [
     *FULL_WARNINGS,
     int(mujoco.mjtWarning.mjWARN_INERTIA),
@@ -42,7 +42,10 @@ FATAL_WARNINGS = [
     int(mujoco.mjtWarning.mjWARN_BADQACC),
     int(mujoco.mjtWarning.mjWARN_BADCTRL),
 ]
-"""Warnings after which the numbers mean nothing. Source: MuJoCo documentation, Simulation, "Diverging"."""
+"""Warnings after which the simulation results are meaningless.
+
+Source: MuJoCo documentation, Simulation, "Diverging".
+"""
 
 _FREE, _SLIDE = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 
@@ -52,12 +55,12 @@ class DivergenceSign:
     """The first sign of divergence in a recorded simulation.
 
     Attributes:
-        measured: Speed, None where the simulation failed without one above its limit.
-        limit: What it may be at most.
-        unit: Of both, "m/s" or "rad/s".
-        joint: Whose speed it is, None where it is a body's.
-        body: Likewise, None where it is a joint's.
-        time_s: When the frame with it ended [s].
+        time_s: End of the frame in which it occurred [s].
+        measured: Measured speed, None if the simulation failed although no speed was above its limit.
+        limit: Largest allowed speed.
+        unit: Unit of `measured` and `limit`, "m/s" or "rad/s".
+        joint: Id of the joint with that speed, None if it is the speed of a body.
+        body: Id of the body with that speed, None if it is the speed of a joint.
     """
 
     time_s: float
@@ -72,18 +75,18 @@ class DivergenceSign:
 
 
 def numbers_failed(warned: BoolArray, *fields: FloatArray) -> BoolArray:
-    """Return which simulations MuJoCo warned of or have a number that is not finite, (n,).
+    """Return which simulations have a relevant warning or a number that is not finite, (n,).
 
     Args:
-        warned: Whether a warning that counts was given, (n,).
-        fields: Positions, velocities and the like, (n, ...).
+        warned: Whether a relevant warning was issued, (n,).
+        fields: Simulation fields such as positions and velocities, (n, ...).
     """
     finite = [np.isfinite(field).all(axis=tuple(range(1, field.ndim))) for field in fields]
     return np.asarray(warned | ~np.logical_and.reduce(finite))
 
 
 def batch_diverged(batch: Batch, *, max_body_speed_m_s: float = MAX_BODY_SPEED_M_S) -> BoolArray:
-    """Return which simulations of a batch have diverged by now, (n,); any warning counts."""
+    """Return which simulations of a batch have diverged so far, (n,); every warning counts."""
     failed = numbers_failed(batch.warning[:, :, 1].sum(axis=1) > 0, batch.bind("qpos"), batch.bind("qvel"))
     with np.errstate(over="ignore", invalid="ignore"):
         return np.asarray(failed | ~(max_body_speeds(batch) <= max_body_speed_m_s))
@@ -97,7 +100,7 @@ def recording_diverged(
     max_joint_speed_rad_s: float,
     max_body_speed_m_s: float,
 ) -> BoolArray:
-    """Return which recorded simulations failed or have a part of the robot that is too fast, (n_sims,)."""
+    """Return which recorded simulations failed or have a body or joint of the robot that is too fast, (n_sims,)."""
     dofs, _, allowed = _dof_limits(model, robot, max_joint_speed_rad_s, max_body_speed_m_s)
     joints = (recording.fastest[:, :, dofs] > allowed).any(axis=(1, 2))
     bodies = (recording.speed_m_s[:, :, list(robot.bodies)] > max_body_speed_m_s).any(axis=(1, 2))
@@ -140,7 +143,7 @@ def first_sign(
 def _dof_limits(
     model: mujoco.MjModel, robot: Structure, max_joint_speed_rad_s: float, max_body_speed_m_s: float
 ) -> tuple[NDArray[np.int64], BoolArray, FloatArray]:
-    """The robot's degrees of freedom, which of them turn, and how fast each may be."""
+    """Return the robot's degrees of freedom, which of them are rotational, and the speed limit of each."""
     dofs = np.flatnonzero(np.isin(model.dof_jntid, robot.joints))
     joints = model.dof_jntid[dofs]
     kinds = model.jnt_type[joints]
@@ -160,14 +163,14 @@ def max_body_speeds(batch: Batch) -> FloatArray:
 def body_speeds(roots: NDArray[np.integer], cvel: FloatArray, xipos: FloatArray, subtree_com: FloatArray) -> FloatArray:
     """Return the speeds of the bodies' centres of mass, (..., bodies) [m/s].
 
-    Source: MuJoCo documentation, mjData.cvel: rotation, then the velocity of the point of the body that is now at the
-    centre of mass of its whole tree.
+    Source: MuJoCo documentation, mjData.cvel: angular velocity, then the velocity of the body-fixed point that
+    coincides with the centre of mass of the body's kinematic tree.
 
     Args:
         roots: `body_rootid` of the model, (bodies,).
-        cvel: Of one simulation or many, (..., bodies, 6) [rad/s, m/s].
-        xipos: Likewise, (..., bodies, 3) [m].
-        subtree_com: Likewise, (..., bodies, 3) [m].
+        cvel: `cvel` of one or several simulations, (..., bodies, 6) [rad/s, m/s].
+        xipos: `xipos` of the same simulations, (..., bodies, 3) [m].
+        subtree_com: `subtree_com` of the same simulations, (..., bodies, 3) [m].
     """
     velocity = cvel[..., 3:] + np.cross(cvel[..., :3], xipos - subtree_com[..., roots, :])
     return np.asarray(np.sqrt(np.einsum("...i,...i->...", velocity, velocity)))
@@ -175,7 +178,7 @@ def body_speeds(roots: NDArray[np.integer], cvel: FloatArray, xipos: FloatArray,
 
 @contextlib.contextmanager
 def warnings_ignored() -> Iterator[None]:
-    """Keep MuJoCo from writing its warnings to MUJOCO_LOG.TXT in the working directory; it counts them all the same."""
+    """Keep MuJoCo from writing warnings to MUJOCO_LOG.TXT in the working directory; it still counts them."""
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(_ignore)
     try:
@@ -185,4 +188,4 @@ def warnings_ignored() -> Iterator[None]:
 
 
 def _ignore(_message: str) -> None:
-    """Do nothing with a warning: MuJoCo has counted it already."""
+    """Ignore a warning: MuJoCo has already counted it."""

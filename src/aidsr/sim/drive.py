@@ -1,4 +1,4 @@
-"""How each actuator of the robot can be commanded: its ends, the command that does nothing, pulling and letting go."""
+"""Characteristic commands of each actuator of the robot: range, neutral command, pulling and releasing."""
 
 from __future__ import annotations
 
@@ -16,28 +16,28 @@ _FILTERS = (int(mujoco.mjtDyn.mjDYN_FILTER), int(mujoco.mjtDyn.mjDYN_FILTEREXACT
 _INTEGRATOR = int(mujoco.mjtDyn.mjDYN_INTEGRATOR)
 
 _UNLIMITED_END = 1.0
-"""Command tried on an actuator without a control range, which is a fault of its own. Our choice:
-the range that Gymnasium users expect."""
+"""Largest command, in both directions, assumed for an actuator without a control range; the missing range is reported
+as a separate fault. Our choice: the range that Gymnasium users expect."""
 
 
 @dataclass(frozen=True)
 class Drive:
-    """The commands of one actuator.
+    """Characteristic commands of one actuator.
 
     Attributes:
         actuator: Actuator id.
-        ctrl: Its place in `ctrl`.
-        on_tendon: Whether it pulls a tendon.
+        ctrl: Index of its command in `ctrl`.
+        on_tendon: Whether it acts on a tendon.
         low, high: Ends of its control range.
-        ranged: Whether that range is written; else its ends are a guess.
-        neutral: Command with the least force where the robot rests.
-        pull: The end that pulls a tendon hardest; the high end of any other actuator.
-        release: The other end.
-        goes_slack: Whether it has no force at all when released, however the robot moves.
-        side: 1; -1 where it acts on a sum of joints (a fixed tendon) and harder towards larger sums. Such a tendon has
-            no path along which one could pull, so the side to which it acts harder counts as the pull.
-        force_low_n, force_high_n: `side` * force on the tendon or joint at both ends where the robot rests; positive
-            pushes [N, or N m on a turning joint].
+        ranged: Whether the model defines that range; otherwise its ends are assumed.
+        neutral: Command with the smallest force in the given state of the robot.
+        pull: End of the range that pulls a tendon hardest; the high end for an actuator that does not act on a tendon.
+        release: The other end of the range.
+        goes_slack: Whether its force is zero when released, however the robot moves.
+        side: 1, or -1 for an actuator on a fixed tendon (a weighted sum of joint positions) that acts harder towards
+            larger sums. A fixed tendon has no path to pull along, so its harder direction counts as pulling.
+        force_low_n, force_high_n: `side` * force on the tendon or joint at the two ends of the range in the given state
+            of the robot; positive pushes [N; N m on a rotational joint].
     """
 
     actuator: int
@@ -56,7 +56,7 @@ class Drive:
 
 
 def read_drives(model: mujoco.MjModel, data: mujoco.MjData, structure: Structure) -> tuple[Drive, ...]:
-    """Return the commands of the robot's actuators in the state of `data`, which is left as it is."""
+    """Return the characteristic commands of the robot's actuators in the pose of `data`, which is not changed."""
     low, high = _ends(model)
     probe = mujoco.MjData(model)
     probe.qpos[:] = data.qpos
@@ -93,9 +93,10 @@ def read_drives(model: mujoco.MjModel, data: mujoco.MjData, structure: Structure
 
 
 def neutral_ctrl(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
-    """Return the command of every actuator that gives no force in the state of `data`, within its range, (nu,).
+    """Return for every actuator the command within its range whose force is closest to zero in `data`, (nu,).
 
-    The neutral command of a position servo holds it where it is; zero would pull a tendon servo to zero length.
+    The neutral command of a position servo holds its current position; the command 0 would pull a servo on a tendon
+    towards zero length. Actuators with an integrator, and those of other kinds, get the command closest to 0.
 
     Source: MuJoCo documentation, Computation, "Actuation model": force = gain * input + bias, affine in the length.
     """
@@ -118,14 +119,14 @@ def neutral_ctrl(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float
 
 
 def set_act(model: mujoco.MjModel, data: mujoco.MjData, ctrl: NDArray[np.float64]) -> None:
-    """Let filtered actuators start at a command instead of running in from zero."""
+    """Set the activation of actuators with a filter to their command, so that they do not start from zero."""
     for actuator in range(model.nactuator):
         if int(model.actuator_dyntype[actuator]) in _FILTERS:
             data.act[int(model.actuator_actadr[actuator])] = ctrl[int(model.actuator_ctrladr[actuator])]
 
 
 def _ends(model: mujoco.MjModel) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Lowest and highest command of each control, (nu,) each."""
+    """Return the lowest and the highest command of each actuator, (nu,) each."""
     limited = np.asarray(model.actuator_ctrllimited, dtype=bool)
     ends = np.asarray(model.actuator_ctrlrange)
     low = np.where(limited, ends[:, 0], -_UNLIMITED_END)
@@ -134,7 +135,15 @@ def _ends(model: mujoco.MjModel) -> tuple[NDArray[np.float64], NDArray[np.float6
 
 
 def held_forces(model: mujoco.MjModel, probe: mujoco.MjData, ctrl: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return force times gear of every actuator under a command held for long, (nactuator,); `probe` is changed."""
+    """Return force times gear of every actuator with its activation equal to its command, (nactuator,).
+
+    Filtered actuators reach this state when the command is held for long.
+
+    Args:
+        model: Compiled model.
+        probe: Data whose pose is used; its command and activation are changed.
+        ctrl: Command of every actuator, (nu,).
+    """
     probe.ctrl[:] = ctrl
     for actuator in range(model.nactuator):
         first, count = int(model.actuator_actadr[actuator]), int(model.actuator_actnum[actuator])

@@ -1,7 +1,7 @@
-"""Exact answers for an elastic rod, to hold simulated chains against.
+"""Reference solutions for an elastic rod, with which simulated chains are compared.
 
-A rod is clamped at one end and made of straight pieces, each with its own stiffness and mass; a rigid part may sit on
-its free end. The bends are as large as they like; stretch and shear are not looked at.
+A rod is clamped at one end and consists of straight pieces, each with its own stiffness and mass; a rigid part may be
+attached to its free end. Bending may be arbitrarily large; stretch and shear are neglected.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ class Rod:
     """A straight rod, clamped at its beginning.
 
     Attributes:
-        lengths_m: Of its pieces from the clamp outwards, (n,) [m].
+        lengths_m: Lengths of its pieces from the clamp outwards, (n,) [m].
         bending_stiffness_n_m2: E I of each piece, (n,) [N m^2].
-        mass_per_length_kg_m: Of each piece, (n,) [kg/m].
-        tip_mass_kg: Mass of a rigid part on the free end.
-        tip_offset_m: How far beyond the end that part has its centre of mass [m].
-        tip_inertia_kg_m2: Its moment of inertia about its centre of mass and the axis of bending.
+        mass_per_length_kg_m: Mass per length of each piece, (n,) [kg/m].
+        tip_mass_kg: Mass of a rigid part on the free end [kg].
+        tip_offset_m: Distance of that part's centre of mass beyond the free end [m].
+        tip_inertia_kg_m2: Moment of inertia of that part about its centre of mass and the axis of bending [kg m^2].
     """
 
     lengths_m: Vector
@@ -48,13 +48,13 @@ class Rod:
 
     @property
     def mass_kg(self) -> float:
-        """Mass of the rod with its tip [kg]."""
+        """Mass of the rod including the rigid part on its free end [kg]."""
         return float(self.lengths_m @ self.mass_per_length_kg_m) + self.tip_mass_kg
 
 
 @dataclass(frozen=True)
 class Tip:
-    """Where the free end of a bent rod is: along the straight rod, aside of it, and its angle."""
+    """Position and angle of the free end of a bent rod: along the straight rod, perpendicular to it, and rotation."""
 
     along_m: float
     aside_m: float
@@ -62,12 +62,13 @@ class Tip:
 
 
 def loaded_tip(rod: Rod, *, load_n: float = 0.0, gravity_m_s2: float = 0.0) -> Tip:
-    """Return the tip of a rod under a force at its end, its own weight, or both, all across the straight rod.
+    """Return the tip of a rod under a force at its end, its own weight, or both, perpendicular to the straight rod.
 
     The forces keep their direction however far the rod bends.
 
-    Source: the elastica, E I theta'' = -V(s) cos(theta), with V the force carried beyond s; integrated from the tip
-    inwards (Runge-Kutta, fourth order) for the tip angle with which the clamp is met at angle 0 (false position).
+    Source: the elastica, E I theta'' = -V(s) cos(theta), where V is the force carried beyond s; integrated from the tip
+    to the clamp (Runge-Kutta, fourth order). The tip angle is found by false position such that the angle at the clamp
+    is 0.
     """
     low, high = 0.0, math.pi / 2.0
     missed_low, missed_high = (_integrate(rod, angle, load_n, gravity_m_s2)[0] for angle in (low, high))
@@ -78,7 +79,7 @@ def loaded_tip(rod: Rod, *, load_n: float = 0.0, gravity_m_s2: float = 0.0) -> T
         missed, along, aside = _integrate(rod, angle, load_n, gravity_m_s2)
         if abs(missed) < 1e-9 * angle:
             break
-        # Halving the other end's value keeps false position from creeping up on one side (Illinois).
+        # Illinois variant: halving the value at the retained end avoids slow one-sided convergence.
         if missed < 0.0:
             low, missed_low, missed_high = angle, missed, missed_high / 2.0
         else:
@@ -87,14 +88,14 @@ def loaded_tip(rod: Rod, *, load_n: float = 0.0, gravity_m_s2: float = 0.0) -> T
 
 
 def curved_tip(lengths_m: Vector, curvatures_1_m: Vector) -> Tip:
-    """Return the tip of a rod whose pieces are arcs of these curvatures.
+    """Return the tip of a rod whose pieces are circular arcs with these curvatures.
 
-    Source: plane geometry; constant curvature is the shape of a rod under the moment of a cable beside it.
+    Source: plane geometry; a cable parallel to the rod at a constant offset bends it with constant curvature.
     """
     along = aside = angle = 0.0
     for length, curvature in zip(lengths_m, curvatures_1_m, strict=True):
         turn = length * curvature
-        # sin(x)/x form of the chord, so that a straight piece needs no case of its own
+        # the sin(x)/x form of the chord also holds for a straight piece
         chord = length * float(np.sinc(turn / (2.0 * math.pi)))
         along += chord * math.cos(angle + turn / 2.0)
         aside += chord * math.sin(angle + turn / 2.0)
@@ -105,8 +106,8 @@ def curved_tip(lengths_m: Vector, curvatures_1_m: Vector) -> Tip:
 def first_frequency(rod: Rod) -> float:
     """Return the first natural frequency of bending [rad/s].
 
-    Source: Euler-Bernoulli beam in cubic finite elements, e.g. Przemieniecki, Theory of Matrix Structural Analysis,
-    chapters 5 and 11; a rigid part on the end adds its mass, offset and inertia to the last node.
+    Source: Euler-Bernoulli beam with cubic finite elements, e.g. Przemieniecki, Theory of Matrix Structural Analysis,
+    chapters 5 and 11; the mass, offset and inertia of a rigid part on the end are added to the last node.
     """
     stiffness, mass = _assemble(rod)
     free = slice(2, None)
@@ -117,7 +118,10 @@ def first_frequency(rod: Rod) -> float:
 
 
 def _integrate(rod: Rod, tip_angle: float, load_n: float, gravity_m_s2: float) -> tuple[float, float, float]:
-    """Return the angle at the clamp, and how far the tip is along and aside of it, for one angle at the tip."""
+    """Return the angle at the clamp [rad] and the tip's position along and perpendicular to the straight rod [m].
+
+    `tip_angle` is the angle at the tip [rad], from which the rod is integrated to the clamp.
+    """
     angle = tip_angle
     carried = load_n + rod.tip_mass_kg * gravity_m_s2
     moment = rod.tip_mass_kg * gravity_m_s2 * rod.tip_offset_m * math.cos(tip_angle)
@@ -144,7 +148,7 @@ def _integrate(rod: Rod, tip_angle: float, load_n: float, gravity_m_s2: float) -
 
 
 def _assemble(rod: Rod) -> tuple[Vector, Vector]:
-    """Return stiffness and mass matrix over the deflection and slope of all nodes."""
+    """Return the stiffness and the mass matrix; the coordinates are deflection and slope of each node."""
     counts = [max(1, math.ceil(_ELEMENTS * length / rod.length_m)) for length in rod.lengths_m]
     size = 2 * (sum(counts) + 1)
     stiffness, mass = np.zeros((size, size)), np.zeros((size, size))

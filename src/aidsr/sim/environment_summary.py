@@ -1,4 +1,4 @@
-"""An environment as facts: its bodies, sites, mounts and actuators at the start of an episode."""
+"""Summary of an environment: its bodies, sites, mounts and actuators at the start of an episode."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ _SIZES = {
     int(_GEOM.mjGEOM_CAPSULE): 2,
     int(_GEOM.mjGEOM_CYLINDER): 2,
 }
-"""How many of a shape's three size numbers mean something, where not all do; a plane's third spaces its drawn grid."""
+"""Number of meaningful size parameters of the shapes that use fewer than three. The third one of a plane is only the
+spacing of its rendered grid."""
 _DECIMALS = 6
-"""Micrometres and millionths are the finest a reader needs. Our choice: MuJoCo writes six digits as well."""
+"""Decimals of the reported numbers. Our choice: micrometres and millionths suffice; MuJoCo also writes six digits."""
 
 
 @isolated
@@ -31,11 +32,12 @@ def summarize_environment(environment: str, *, may_hold_robot: bool = False) -> 
 
     Args:
         environment: MJCF of the environment.
-        may_hold_robot: Whether it may be a scene; else it is refused where no robot could be placed in it.
+        may_hold_robot: Whether the MJCF may be a scene with a robot; if false, an environment in which no robot can be
+            placed is refused.
 
     Raises:
-        MjcfError: It cannot be loaded, or no robot can be placed in it.
-        IsolationError: Reading it ran past its limits.
+        MjcfError: The environment cannot be loaded, or no robot can be placed in it.
+        IsolationError: Reading it exceeded its limits of time or memory.
     """
     loaded = load_mjcf(environment)
     if not may_hold_robot:
@@ -94,7 +96,7 @@ def _body(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> BodySummary:
 
 
 def _movable(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> bool:
-    """Return whether a joint moves the centre of mass of a body, by more than a micrometre for a radian or a metre."""
+    """Return whether a joint moves the centre of mass of a body by more than 1 um per radian or metre."""
     way = np.zeros((3, model.nv))
     mujoco.mj_jacBodyCom(model, data, way, None, body)
     return bool((np.abs(way) > 10.0**-_DECIMALS).any())
@@ -116,7 +118,10 @@ def _joint(model: mujoco.MjModel, data: mujoco.MjData, joint: int) -> str:
 
 
 def command_in_words(model: mujoco.MjModel, actuator: int) -> str:
-    """Say what a command of an actuator means: a position, a speed or a force, in which unit, over which range."""
+    """Return a description of an actuator's command: position, speed or force, its unit and its range.
+
+    Only the actuator's name is returned if the meaning is not known or the actuator does not act on a joint.
+    """
     name = model.actuator(actuator).name or "actuator"
     command = command_of(model, actuator)
     if command is None or model.actuator_trntype[actuator] != mujoco.mjtTrn.mjTRN_JOINT:
@@ -136,12 +141,12 @@ def command_in_words(model: mujoco.MjModel, actuator: int) -> str:
 
 
 def _range(ends: Any, unit: str) -> str:
-    low, high = (round(float(end), _DECIMALS) for end in sorted(ends))  # a negative gear turns them round
+    low, high = (round(float(end), _DECIMALS) for end in sorted(ends))  # a negative gear swaps the ends
     return f"{low:g} to {high:g} {unit}"
 
 
 def _resistance(model: mujoco.MjModel, joint: int, force: str, way: str) -> str:
-    """Say what moving a hinge or slide takes: its spring, from where that is slack, and its friction."""
+    """Return a description of a hinge's or slide's resistance: spring stiffness, spring rest position and friction."""
     stiffness, friction = model.jnt_stiffness[joint], model.dof_frictionloss[model.jnt_dofadr[joint]]
     slack = model.qpos_spring[model.jnt_qposadr[joint]]
     words = f", spring {stiffness:g} {force}/{way}" + (f" from {slack:g} {way}" if slack else "") if stiffness else ""

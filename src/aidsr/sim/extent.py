@@ -1,4 +1,4 @@
-"""A robot's characteristic length, by which every rule and every task divides, and its bounding box."""
+"""Characteristic length of a robot, with which rules and tasks normalize lengths, and its bounding box."""
 
 from __future__ import annotations
 
@@ -19,32 +19,34 @@ _CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1
 def characteristic_length_m(
     model: mujoco.MjModel, data: mujoco.MjData, bodies: Iterable[int], moving: Iterable[int]
 ) -> float:
-    """Return L: the smaller of the longest kinematic path and the diagonal around everything that moves [m].
+    """Return the characteristic length L [m].
 
-    The path runs from the first moving joint through the turning points of a limb to the far end of its last geom. The
-    diagonal keeps a limb that is folded in its reference pose from counting as long as it could become.
+    L is the smaller of two lengths: the longest kinematic path, and the diagonal of the bounding box of the moving
+    bodies. The path runs from the first moving joint through the joints of a limb to the far end of its last geom. The
+    diagonal limits L for a limb that is folded in its reference pose, which would count with its unfolded length
+    otherwise. L is 1 m for a robot without any extent.
 
     Args:
         model: Compiled model.
-        data: Its data after `mj_forward`; the pose that is measured.
-        bodies: The robot's bodies, used alone when nothing moves.
-        moving: Those of them that can move against the robot's root, parents first.
+        data: Data of the model in the measured pose, after `mj_forward`.
+        bodies: All bodies of the robot; only used if no body moves.
+        moving: Bodies of the robot that can move relative to its root, parents first.
 
-    Source: our choice; equals the length of a straight limb and about the body length of a crawler.
+    Source: our choice; equals the length of a straight limb, and about the body length of a crawler.
     """
     moving = tuple(moving)
     low, high = bounding_box_m(model, data, moving or bodies)
     diagonal_m = float(np.linalg.norm(high - low))
     path_m = _longest_path_m(model, data, moving)
     length_m = min(diagonal_m, path_m) if path_m > 0 else diagonal_m
-    # a model of bare points has no length: one metre keeps ratios finite
+    # a model without any extent has length zero: one metre keeps ratios finite
     return length_m if length_m > 0 else 1.0
 
 
 def bounding_box_m(model: mujoco.MjModel, data: mujoco.MjData, bodies: Iterable[int]) -> tuple[Vector, Vector]:
     """Return the lowest and highest world coordinates of the geoms of some bodies, (3,) each [m].
 
-    Bodies without a geom count as their origin; without any body both are the origin of the world.
+    If none of the bodies has a geom, their origins are used. Without any body, both results are the world's origin.
     """
     bodies = tuple(bodies)
     lows, highs = [], []
@@ -68,7 +70,7 @@ def _geoms(model: mujoco.MjModel, bodies: Iterable[int]) -> list[int]:
 
 
 def _half_extent_m(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Vector:
-    """Half size of the geom's box along the world's axes, (3,) [m]."""
+    """Return the half size of a geom's bounding box along the world's axes, measured from its origin, (3,) [m]."""
     kind, size = int(model.geom_type[geom]), model.geom_size[geom]
     rotation = data.geom_xmat[geom].reshape(3, 3)
     if kind == _SPHERE:
@@ -80,7 +82,7 @@ def _half_extent_m(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Vec
 
 
 def _farthest_m(model: mujoco.MjModel, data: mujoco.MjData, geom: int, point: Vector) -> float:
-    """Distance from a world point to the far side of a geom [m]."""
+    """Return the distance from a point in world coordinates to the farthest point of a geom [m]."""
     kind, size = int(model.geom_type[geom]), model.geom_size[geom]
     centre, rotation = data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)
     if kind in (_SPHERE, _CAPSULE):
@@ -93,7 +95,10 @@ def _farthest_m(model: mujoco.MjModel, data: mujoco.MjData, geom: int, point: Ve
 
 
 def _longest_path_m(model: mujoco.MjModel, data: mujoco.MjData, moving: tuple[int, ...]) -> float:
-    """Longest way from a first joint through later joints to the far side of a geom [m]; 0 when nothing moves."""
+    """Return the longest path from a first joint through later joints to the farthest point of a geom [m].
+
+    0 if no body moves.
+    """
     way: dict[int, tuple[float, Vector]] = {}
     longest_m = 0.0
     for body in moving:
@@ -107,7 +112,7 @@ def _longest_path_m(model: mujoco.MjModel, data: mujoco.MjData, moving: tuple[in
 def _follow(
     model: mujoco.MjModel, data: mujoco.MjData, body: int, way: Mapping[int, tuple[float, Vector]]
 ) -> tuple[float, Vector]:
-    """Way travelled to a body's last joint [m], and where that joint is."""
+    """Return the length of the path to a body's last joint [m], and the world position of that joint."""
     first = int(model.body_jntadr[body])
     anchors = [data.xanchor[first + k] for k in range(model.body_jntnum[body])]
     travelled_m, here = way.get(int(model.body_parentid[body]), (0.0, anchors[0] if anchors else data.xpos[body]))

@@ -1,4 +1,4 @@
-"""The point of a robot that does the work."""
+"""The functional part of a robot, such as a fingertip, and its working point."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from aidsr.sim.ownership import ROBOT_PREFIX
 
 FUNCTIONAL_SITE = f"{ROBOT_PREFIX}functional_part"
-"""Site of every scene that marks the working point of the robot."""
+"""Name of the site that marks the working point of the robot in a scene."""
 
 Vector = NDArray[np.float64]
 
@@ -20,17 +20,18 @@ _ROUND = tuple(
     int(kind) for kind in (_GEOM.mjGEOM_SPHERE, _GEOM.mjGEOM_CAPSULE, _GEOM.mjGEOM_ELLIPSOID, _GEOM.mjGEOM_CYLINDER)
 )
 _CENTRED_M = 1e-6
-"""A shape whose centre is this near the joint has no distal direction of its own. Our choice: below any real part."""
+"""Distance of a geom's centre from the joint below which the centre gives no distal direction. Our choice: smaller than
+any real part."""
 
 
 @dataclass(frozen=True)
 class FunctionalPart:
-    """Where the functional part is, in the frame of the body it belongs to.
+    """Pose of the working point in the frame of its body.
 
     Attributes:
-        body: Name of that body.
-        position_m: The working point, (3,) [m].
-        quaternion: Its orientation, (4,), w first.
+        body: Name of the body.
+        position_m: Working point, (3,) [m].
+        quaternion: Orientation, (4,), w first.
     """
 
     body: str
@@ -39,7 +40,7 @@ class FunctionalPart:
 
 
 def part_names(model: mujoco.MjModel) -> tuple[str, ...]:
-    """Return the names that a functional part may have: bodies, then sites, then geoms."""
+    """Return the names that can serve as functional part: bodies, then sites, then geoms."""
     bodies = [model.body(i).name for i in range(1, model.nbody)]
     sites = [model.site(i).name for i in range(model.nsite)]
     geoms = [model.geom(i).name for i in range(model.ngeom)]
@@ -47,14 +48,15 @@ def part_names(model: mujoco.MjModel) -> tuple[str, ...]:
 
 
 def find_functional_part(model: mujoco.MjModel, name: str) -> FunctionalPart | None:
-    """Return the working point of a named part of a robot, or None where there is no such part.
+    """Return the working point of a named part of a robot, or None if there is no such part.
 
-    A site is itself the point. A body works with its distal tip, the point of its shapes farthest from the joint it
-    turns on, because a task measures how close the robot is, not its last joint. A geom works likewise.
+    The working point of a site is the site itself. That of a body is its distal tip, the point of its geoms farthest
+    from the body's joint, because a task measures the distance to the robot's tip, not to its last joint. That of a
+    geom is the distal tip of the geom.
 
     Args:
-        model: The robot alone.
-        name: A body, site or geom of it, looked up in this order.
+        model: Compiled model of the robot alone.
+        name: Name of a body, site or geom, looked up in this order.
     """
     body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name)
     site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, name)
@@ -73,7 +75,7 @@ def find_functional_part(model: mujoco.MjModel, name: str) -> FunctionalPart | N
 
 
 def _tip_m(model: mujoco.MjModel, body: int, geoms: range) -> Vector:
-    """Return the point of some shapes of a body farthest from its joint, in the body's frame [m]."""
+    """Return the far end of some geoms of a body that is farthest from its joint, in the body's frame [m]."""
     joint = int(model.body_jntadr[body])
     pivot = model.jnt_pos[joint] if joint >= 0 else np.zeros(3)
     tips = [_far_end_m(model, geom, pivot) for geom in geoms]
@@ -81,7 +83,10 @@ def _tip_m(model: mujoco.MjModel, body: int, geoms: range) -> Vector:
 
 
 def _far_end_m(model: mujoco.MjModel, geom: int, pivot: Vector) -> Vector:
-    """Return where the line from the pivot through a shape's centre leaves the shape, in the body's frame [m]."""
+    """Return the point where the line from the pivot through a geom's centre leaves the geom, in the body's frame [m].
+
+    The line follows the geom's longest axis if the centre coincides with the pivot.
+    """
     axes = np.zeros(9)
     mujoco.mju_quat2Mat(axes, model.geom_quat[geom])
     rotation = axes.reshape(3, 3)
@@ -93,7 +98,7 @@ def _far_end_m(model: mujoco.MjModel, geom: int, pivot: Vector) -> Vector:
     out = out / np.linalg.norm(out)
     kind, size = int(model.geom_type[geom]), model.geom_size[geom]
     if kind not in _ROUND:
-        kind, size = int(_GEOM.mjGEOM_BOX), half  # a box itself, and for meshes what encloses them
+        kind, size = int(_GEOM.mjGEOM_BOX), half  # boxes, and the bounding box of meshes and other geoms
     outside = centre + 2 * model.geom_rbound[geom] * out
     distance = mujoco.mju_rayGeom(centre, axes, size, outside, -out, kind, None)
     return np.asarray(outside - distance * out)

@@ -1,4 +1,4 @@
-"""The distance between two geoms, also where they just touch."""
+"""Distance between two geoms, with a workaround for geoms that touch with flush faces."""
 
 from __future__ import annotations
 
@@ -6,21 +6,21 @@ import mujoco
 import numpy as np
 
 _SHIFT_M = 1e-6 * np.array([0.31, 0.53, 0.79])
-"""Moves a geom off what it lies flush on. Our choice: less than any gap that matters, along no axis."""
+"""Shift that separates flush faces. Our choice: less than any relevant gap, and parallel to no axis."""
 
 
 def geom_distance_m(model: mujoco.MjModel, data: mujoco.MjData, one: int, other: int, farthest_m: float) -> float:
-    """Return the least distance between the surfaces of two geoms, negative where they overlap [m].
+    """Return the smallest distance between the surfaces of two geoms [m], negative if they overlap.
 
-    `mj_geomDistance` of MuJoCo 3.17 takes some boxes that lie flush on each other, cubes most of all, for as far apart
-    as they are wide. A micrometre beside that place it is right, so of both answers the smaller one counts.
+    For some boxes that lie flush on each other, mostly cubes, `mj_geomDistance` of MuJoCo 3.17 returns their width as
+    the distance. It is correct if one of them is shifted by a micrometre, so the smaller of the two results is used.
 
     Args:
-        model: The model.
-        data: Its state, whose geoms are where they should be; as before afterwards.
-        one: Number of a geom.
-        other: Number of another one.
-        farthest_m: What is farther apart counts as so far apart [m].
+        model: Compiled model.
+        data: State with current geom poses; unchanged after the call.
+        one: Id of the first geom.
+        other: Id of the second geom.
+        farthest_m: Largest distance that is measured [m]; a larger one is returned as this value.
     """
     found = float(mujoco.mj_geomDistance(model, data, one, other, farthest_m, None))
     if not 0 < found < farthest_m:

@@ -1,18 +1,19 @@
-"""Which form of the constraint Jacobian MuJoCo computes with: the motion is the same, the time is not."""
+"""Choice between the dense and the sparse constraint Jacobian: it affects MuJoCo's computing time, not the motion."""
 
 from __future__ import annotations
 
 import mujoco
 
 _LONG_TREE = 44
-"""Degrees of freedom of one kinematic tree from which sparse matrices are quicker: crawlers have 46 and more.
+"""Smallest number of degrees of freedom of one kinematic tree with which sparse matrices are used.
 
-Source: benchmarks/rl/jacobian.md; our choice between the bodies that gain there and those that lose, of 41. MuJoCo's
-own choice goes by the degrees of freedom of all trees together, and is sparse from 60 on.
+Source: benchmarks/rl/jacobian.md; our choice between the robots that are faster there with sparse matrices (crawlers
+with 46 degrees of freedom and more) and those that are slower (41). MuJoCo's own rule counts the degrees of freedom of
+all trees together and uses sparse matrices from 60 on.
 """
 
 
 def choose_jacobian(model: mujoco.MjModel) -> None:
-    """Let MuJoCo compute with sparse matrices where these are quicker and the author of a model leaves it open."""
+    """Make MuJoCo use sparse matrices if they are faster and the model leaves the choice to MuJoCo; in place."""
     if model.opt.jacobian == mujoco.mjtJacobian.mjJAC_AUTO and max(model.tree_dofnum, default=0) >= _LONG_TREE:
         model.opt.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE

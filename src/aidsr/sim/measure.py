@@ -1,4 +1,4 @@
-"""A robot's size and reach as it is drawn, measured on the compiled model in an isolated process."""
+"""Size and mass of a robot in its reference pose, measured on the compiled model in an isolated process."""
 
 from __future__ import annotations
 
@@ -9,30 +9,31 @@ from aidsr.sandbox.isolated import isolated
 
 
 class Extent(Artifact):
-    """Where a robot's shapes are, in the axes of its file, seen from its root's origin (its file's with several roots).
+    """Bounding box, length and mass of a robot.
 
-    These are the axes that a placement turns and the point that it puts on the mount.
+    Coordinates are in the axes of the robot's MJCF file, relative to the origin of its root (to the origin of the file
+    if there are several roots). A placement rotates these axes and puts this origin on the mount.
     """
 
     low_m: Vec3
-    """Lowest x, y and z of any shape."""
+    """Lowest x, y and z of any geom [m]."""
     high_m: Vec3
-    """Highest x, y and z of any shape."""
+    """Highest x, y and z of any geom [m]."""
     functional_part_m: Vec3 | None
-    """Where the functional part works; None when the robot has no part of that name."""
+    """Working point of the functional part [m]; None if the robot has no part of that name."""
     length_m: float
-    """Characteristic length."""
+    """Characteristic length [m]."""
     mass_kg: float
-    """Of all its bodies."""
+    """Mass of all bodies [kg]."""
 
 
 @isolated
 def measure(robot: Robot) -> Extent:
-    """Measure a robot as it is drawn, in an isolated process.
+    """Measure a robot in its reference pose, in an isolated process.
 
     Raises:
         MjcfError: The robot cannot be loaded.
-        IsolationError: Loading it ran past its limits.
+        IsolationError: Loading it exceeded its limits of time or memory.
     """
     import mujoco
     import numpy as np
@@ -45,7 +46,7 @@ def measure(robot: Robot) -> Extent:
     model = compile_mjcf(robot.mjcf)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    # body 1 is the first root; a floor that came with the robot belongs to body 0 and does not count
+    # body 1 is the first root; a floor in the robot's file belongs to body 0 and does not count
     low, high = bounding_box_m(model, data, range(1, model.nbody))
     structure = read_structure(model)
     origin = data.xpos[structure.roots[0]] if len(structure.roots) == 1 else np.zeros(3)

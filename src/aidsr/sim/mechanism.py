@@ -1,4 +1,4 @@
-"""What can move in an environment: its joints with their ranges, what drives them, and how far they let a body go."""
+"""Joints and actuators of an environment, with their ranges, and how far the joints let a body move."""
 
 from __future__ import annotations
 
@@ -16,15 +16,16 @@ from aidsr.sandbox.isolated import isolated
 JointKind = Literal["free", "ball", "slide", "hinge"]
 
 _KINDS: tuple[JointKind, ...] = ("free", "ball", "slide", "hinge")
-"""In the order of mjtJoint."""
+"""Kinds of joints in the order of mjtJoint."""
 _AXES: dict[JointKind, bool] = {"free": False, "ball": False, "slide": True, "hinge": True}
-"""Which of them have one axis, and so one number and a range."""
+"""Whether a joint of this kind has a single axis, and therefore a scalar position and a range."""
 _OF_JOINT = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
-"""What actuators act on that act on a joint."""
+"""Transmission types of actuators that act on a joint."""
 _PLACES = 73
-"""Places of one joint that are tried: of a whole turn one each 5 deg. Our choice: a circle is found to 0.1 %."""
+"""Positions of one joint that are tried, one every 5 deg of a full turn. Our choice: the extent of a circular path is
+then accurate to 0.1 %."""
 _MOST_PLACES = 20_000
-"""Combinations of places that are tried for all joints of a body together. Our choice: a second."""
+"""Combinations of joint positions that are tried for one body. Our choice: this takes about a second."""
 
 
 class JointFacts(Artifact):
@@ -33,16 +34,17 @@ class JointFacts(Artifact):
     name: str
     kind: JointKind
     body: str
-    """The body that it moves."""
+    """Name of the body that it moves."""
     low: float | None
-    """Lower end of its range [rad or m]; None where it has none."""
+    """Lower end of its range [rad or m]; None if it has no range."""
     high: float | None
+    """Upper end of its range [rad or m]; None if it has no range."""
     now: float
-    """Where it is [rad or m]; 0 for free and ball joints."""
+    """Initial position [rad or m]; 0 for free and ball joints."""
     axis: Vec3
-    """In world axes at the start, of length 1."""
+    """Unit vector along its axis in world coordinates at the start."""
     anchor_m: Vec3
-    """A point on its axis, in world coordinates at the start [m]."""
+    """Point on its axis in world coordinates at the start [m]."""
 
 
 class ActuatorFacts(Artifact):
@@ -50,10 +52,11 @@ class ActuatorFacts(Artifact):
 
     name: str
     joint: str
-    """What it drives; empty where that is no joint."""
+    """Name of the joint that it drives; empty if it does not act on a joint."""
     low: float | None
-    """Lower end of its control range; None where it has none."""
+    """Lower end of its control range; None if it has no control range."""
     high: float | None
+    """Upper end of its control range; None if it has no control range."""
 
 
 class Mechanism(Artifact):
@@ -62,12 +65,12 @@ class Mechanism(Artifact):
     joints: tuple[JointFacts, ...]
     actuators: tuple[ActuatorFacts, ...]
     centers_m: dict[str, Vec3]
-    """Centre of mass of each body with a name, in world coordinates at the start [m]."""
+    """Centre of mass of each named body, in world coordinates at the start [m]."""
     parents: dict[str, str]
-    """The body that carries each body with a name; empty where that has none."""
+    """Name of the parent body of each named body; empty if the parent has no name."""
 
     def carrying(self, body: str) -> tuple[JointFacts, ...]:
-        """Return the joints that move a body, the innermost first."""
+        """Return the joints that move a body, those of the body itself first, then those of its ancestors."""
         found: list[JointFacts] = []
         while body and body != "world":
             found += [joint for joint in self.joints if joint.body == body]
@@ -77,11 +80,11 @@ class Mechanism(Artifact):
 
 @isolated
 def read_mechanism(mjcf: str) -> Mechanism:
-    """Return what can move in an environment, or in a scene in it, read in an isolated process.
+    """Return the joints and actuators of an environment or a scene, read in an isolated process.
 
     Raises:
-        MjcfError: It cannot be loaded.
-        IsolationError: Reading it ran past its limits.
+        MjcfError: The MJCF cannot be loaded.
+        IsolationError: Reading it exceeded its limits of time or memory.
     """
     model = load_mjcf(mjcf).model
     data = mujoco.MjData(model)
@@ -97,22 +100,23 @@ def read_mechanism(mjcf: str) -> Mechanism:
 
 @isolated
 def farthest_m(mjcf: str, body: str, direction: tuple[float, ...]) -> float:
-    """Return how far the joints of an environment let a body's centre of mass go in a direction.
+    """Return how far the joints of an environment let a body's centre of mass move in a direction [m].
 
-    Only ranges of joints bound it, nothing that stands in the way. Places of the joints are tried on a grid, so the
-    result is the largest of many, not a bound.
+    Only joint ranges are considered, not obstacles. The joint positions are sampled on a grid, so the result is the
+    largest sampled value, not an upper bound.
 
     Args:
-        mjcf: The environment, or a scene in it.
-        body: Name of a body of it.
-        direction: In world axes, of any length, (3,).
+        mjcf: MJCF of an environment or a scene.
+        body: Name of the body.
+        direction: Direction in world axes, of any length, (3,).
 
     Returns:
-        The way [m]; infinite for what a free joint or a slide without a range carries that way.
+        The distance [m]; infinite if the body is moved by a free or ball joint, or by a slide without a range that is
+        not perpendicular to the direction.
 
     Raises:
-        MjcfError: It cannot be loaded.
-        IsolationError: It ran past its limits.
+        MjcfError: The MJCF cannot be loaded.
+        IsolationError: The calculation exceeded its limits of time or memory.
     """
     model = load_mjcf(mjcf).model
     data = mujoco.MjData(model)

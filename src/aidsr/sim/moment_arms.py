@@ -1,7 +1,7 @@
-"""Moment arms of cables: how much a cable shortens per radian of each joint, over many poses.
+"""Moment arms of cables about the joints of a robot, in several poses.
 
-Source: the moment arm of a cable about a joint is -dL/dq, MuJoCo's `ten_J` with its sign changed (MuJoCo
-documentation, Computation, "Actuation model").
+Source: the moment arm of a cable about a joint is -dL/dq, the shortening of the cable per radian; this is MuJoCo's
+`ten_J` with the opposite sign (MuJoCo documentation, Computation, "Actuation model").
 """
 
 from __future__ import annotations
@@ -21,21 +21,22 @@ Array = NDArray[np.float64]
 
 _HINGE, _BALL = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL)
 _STRAIGHT_RAD = 0.02
-"""Bend of the first pose: drawn straight, a cable through the axes is at an extreme of its length."""
+"""Rotation of every joint in the first pose. It is not zero because in a straight limb a cable that crosses the joint
+axes has an extreme length, and so a moment arm of zero."""
 _RANDOM_POSES = 6
 _RANDOM_RAD = 0.35
-"""Largest turn of a joint in the random poses. Our choice: 20 deg, within the range of most."""
+"""Largest rotation of a joint in the random poses. Our choice: 20 deg, which is within the range of most joints."""
 
 
 @dataclass(frozen=True)
 class MomentArms:
-    """Moment arms of the cables that actuators pull, in a nearly straight pose and in random ones.
+    """Moment arms of the cables that actuators pull, in a nearly straight pose and in random poses.
 
     Attributes:
-        tendons: The cables, spatial and driven; n_tendons.
+        tendons: Spatial tendons with an actuator; n_tendons of them.
         arms_m: Moment arms, (n_poses, n_tendons, nv) [m/rad; 1 for a slide]; the first pose is the nearly straight one.
-        led_m: The same about joints that lead or are free, with what they do through those that an equality couples to
-            them, which have none.
+        led_m: Moment arms with those of coupled joints added to their leaders, same shape; see
+            `aidsr.sim.couplings.onto_leaders`. Followers have the moment arm 0.
         axes: Axis of each rotational degree of freedom in the reference pose, (nv, 3); zero for the others.
     """
 
@@ -45,14 +46,15 @@ class MomentArms:
     axes: Array
 
     def along(self, model: mujoco.MjModel, chain: Chain, tendon: int) -> Array:
-        """Return the moment about each turning point of a chain per newton on one cable, (n_points, 3) [m].
-
-        In the nearly straight pose, in world axes.
+        """Return the moment vector about each turning point of a chain per newton of tension in a cable.
 
         Args:
-            model: The model.
+            model: Compiled model.
             chain: Hinges and balls in series.
-            tendon: Index into `tendons`.
+            tendon: Index of the cable in `tendons`.
+
+        Returns:
+            Moments in the nearly straight pose, in world axes, (n_points, 3) [m].
         """
         moments = self.arms_m[0, tendon][:, None] * self.axes
         points = np.zeros((len(chain.bodies), 3))

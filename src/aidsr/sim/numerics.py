@@ -1,4 +1,4 @@
-"""Copies of a compiled model of the same physics, computed in another way: what is real survives that."""
+"""Copies of a compiled model with the same physics and other numerics, to test whether a result depends on them."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ _INTEGRATORS = {
     "implicitfast": int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST),
     "Euler": int(mujoco.mjtIntegrator.mjINT_EULER),
 }
-"""To be tried, in this order. The first computes limits and contacts in another way than all others do, and differs
-most; at 2 ms it also lets them give way more than it does at smaller steps (docs/physics.md)."""
+"""Integrators to try, in this order. The first one differs most from the others: it computes limits and contacts in a
+different way. At 2 ms its limits and contacts are also softer than at smaller time steps (docs/physics.md)."""
 
 
 def at_half_the_time_step(model: mujoco.MjModel) -> mujoco.MjModel:
@@ -23,7 +23,7 @@ def at_half_the_time_step(model: mujoco.MjModel) -> mujoco.MjModel:
 
 
 def with_other_integrators(model: mujoco.MjModel) -> dict[str, mujoco.MjModel]:
-    """Return two copies by the names of their integrators, neither the model's own, the more different one first."""
+    """Return two copies with integrators other than the model's, by integrator name; the most different one first."""
     others = [name for name, number in _INTEGRATORS.items() if number != model.opt.integrator][:2]
     return {name: _with_integrator(model, _INTEGRATORS[name]) for name in others}
 

@@ -1,20 +1,20 @@
-"""How deep two parts may overlap in the drawn pose; the validator and the fixes of a document share it."""
+"""Largest allowed overlap of two geoms in the reference pose; used by the validator and by the automatic fixes."""
 
 from __future__ import annotations
 
 OVERLAP_SHARE = 0.2
-"""Overlap / thickness of the thinner geom."""
+"""Largest allowed overlap / thickness of the thinner geom."""
 OVERLAP_NOTICED = 0.002
-"""Overlap / L below which the share of thickness does not matter: rounding in written coordinates."""
+"""Overlap / L below which `OVERLAP_SHARE` is not applied: such overlaps come from rounded coordinates."""
 OVERLAP_LENGTH = 0.01
-"""Overlap / L that is too much however thick the parts are."""
+"""Largest allowed overlap / L, whatever the thickness of the geoms."""
 
 
 def overlaps_too_much(depth_m: float, thickness_m: float, length_m: float) -> bool:
     """Return whether an overlap is too deep.
 
     Args:
-        depth_m: How deep one geom is inside the other [m].
+        depth_m: Depth of the overlap [m].
         thickness_m: Smallest width of the thinner geom [m].
         length_m: The robot's characteristic length L [m].
 

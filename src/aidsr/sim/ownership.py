@@ -1,4 +1,4 @@
-"""Which elements of a scene are the robot's and which the environment's."""
+"""Assignment of the elements of a scene to the robot or to the environment."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import mujoco
 
 ROBOT_PREFIX = "robot/"
-"""Scene assembly begins every name of the robot with this; a model without such names is all robot."""
+"""Prefix that scene assembly puts before every name of the robot. A model without such names is a robot alone."""
 
 WRAP_JOINT = int(mujoco.mjtWrap.mjWRAP_JOINT)
 WRAP_SITE = int(mujoco.mjtWrap.mjWRAP_SITE)
@@ -20,11 +20,15 @@ _BODY = int(mujoco.mjtTrn.mjTRN_BODY)
 
 @dataclass(frozen=True)
 class Ownership:
-    """The robot's share of a model: by name where a part has one, else by the bodies it concerns.
+    """The elements of a model that belong to the robot.
+
+    In a scene, named elements are assigned by their name, and unnamed ones by the bodies they concern. In a model of a
+    robot alone, elements are assigned by the bodies they concern.
 
     Attributes:
-        bodies: All bodies of the robot, parents first; rigid bodies that move beside it are objects to play with.
-        is_scene: Whether there is an environment beside the robot.
+        model: Compiled model.
+        bodies: All bodies of the robot, parents first, without loose rigid objects beside it.
+        is_scene: Whether the model contains an environment.
     """
 
     model: mujoco.MjModel
@@ -32,19 +36,19 @@ class Ownership:
     is_scene: bool
 
     def tendon(self, index: int) -> bool:
-        """Whether a tendon is the robot's."""
+        """Return whether a tendon belongs to the robot."""
         return self._decide(mujoco.mjtObj.mjOBJ_TENDON, index, tendon_bodies(self.model, index))
 
     def actuator(self, index: int) -> bool:
-        """Whether an actuator is the robot's."""
+        """Return whether an actuator belongs to the robot."""
         return self._decide(mujoco.mjtObj.mjOBJ_ACTUATOR, index, _actuated_bodies(self.model, index))
 
     def sensor(self, index: int) -> bool:
-        """Whether a sensor is the robot's own; the task's sensors in a scene have names without the prefix."""
+        """Return whether a sensor belongs to the robot; a task's sensors in a scene have names without the prefix."""
         return self._decide(mujoco.mjtObj.mjOBJ_SENSOR, index, self._measured_bodies(index))
 
     def _measured_bodies(self, sensor: int) -> list[int]:
-        """Bodies that a sensor measures something of."""
+        """Return the bodies whose quantities a sensor measures."""
         model, target = self.model, int(self.model.sensor_objid[sensor])
         owners = {
             int(mujoco.mjtObj.mjOBJ_JOINT): model.jnt_bodyid,
@@ -70,7 +74,7 @@ class Ownership:
 
 
 def read_ownership(model: mujoco.MjModel) -> Ownership:
-    """Return what of a compiled model is the robot."""
+    """Return the assignment of a compiled model's elements to the robot."""
     names = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, body) or "" for body in range(model.nbody)]
     named = [name.startswith(ROBOT_PREFIX) for name in names]
     if not any(named):
@@ -86,7 +90,11 @@ def read_ownership(model: mujoco.MjModel) -> Ownership:
 
 
 def _loose_objects(model: mujoco.MjModel) -> list[int]:
-    """Rigid bodies that move beside a robot: no joint inside, no cable, no actuator and no equality concerns them."""
+    """Return the root bodies of rigid objects that move independently of the robot.
+
+    They have no joints below their root, and no tendon, actuator or equality constraint concerns them. Empty if this
+    holds for every body of the model: all of them then count as the robot.
+    """
     joined = {
         body for joint in range(model.njnt) for body in (int(model.jnt_bodyid[joint]),) if not _is_root(model, joint)
     }
@@ -99,12 +107,12 @@ def _loose_objects(model: mujoco.MjModel) -> list[int]:
 
 
 def _is_root(model: mujoco.MjModel, joint: int) -> bool:
-    """Whether a joint is between a body and the world."""
+    """Return whether a joint connects a body to the world."""
     return int(model.body_parentid[model.jnt_bodyid[joint]]) == 0
 
 
 def _equal_bodies(model: mujoco.MjModel, equality: int) -> list[int]:
-    """Bodies that an equality constraint is between."""
+    """Return the bodies that an equality constraint connects, by bodies or by sites."""
     kind, ends = int(model.eq_objtype[equality]), (model.eq_obj1id[equality], model.eq_obj2id[equality])
     if kind == int(mujoco.mjtObj.mjOBJ_SITE):
         return [int(model.site_bodyid[end]) for end in ends]
@@ -112,7 +120,7 @@ def _equal_bodies(model: mujoco.MjModel, equality: int) -> list[int]:
 
 
 def _actuated_bodies(model: mujoco.MjModel, actuator: int) -> list[int]:
-    """Bodies that an actuator acts on."""
+    """Return the bodies that an actuator acts on."""
     kind, target = int(model.actuator_trntype[actuator]), int(model.actuator_trnid[actuator, 0])
     if kind == _TENDON:
         return tendon_bodies(model, target)
@@ -122,13 +130,13 @@ def _actuated_bodies(model: mujoco.MjModel, actuator: int) -> list[int]:
 
 
 def tendon_wraps(model: mujoco.MjModel, tendon: int) -> list[tuple[int, int]]:
-    """(mjtWrap, object id) of everything a tendon runs along, in order."""
+    """Return (mjtWrap, object id) of each element of a tendon's path, in order."""
     first = int(model.tendon_adr[tendon])
     return [(int(model.wrap_type[k]), int(model.wrap_objid[k])) for k in range(first, first + model.tendon_num[tendon])]
 
 
 def tendon_bodies(model: mujoco.MjModel, tendon: int) -> list[int]:
-    """Bodies along a tendon in order, neighbours differing."""
+    """Return the bodies along a tendon in order, without immediate repetitions."""
     bodies: list[int] = []
     for kind, target in tendon_wraps(model, tendon):
         if kind == WRAP_SITE:

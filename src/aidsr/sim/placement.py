@@ -1,4 +1,4 @@
-"""A robot placed in a scene: its pose on a mount, its base fixed or free, and its contact exclusions."""
+"""Placement of a robot in a scene: pose on a mount, fixed or free base, and contact exclusions at the mount."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 @dataclass(frozen=True)
 class Pose:
-    """A frame in the frame of a body.
+    """Pose of a frame relative to a body.
 
     Attributes:
         body: Name of the body, "world" for the world.
-        position_m: Origin, (3,) [m].
-        quaternion: Orientation, (4,), w first.
+        position_m: Position in the body's frame, (3,) [m].
+        quaternion: Orientation in the body's frame, (4,), w first.
     """
 
     body: str
@@ -37,7 +37,7 @@ class Pose:
     quaternion: Vector
 
     def moved(self, position_m: Vector, quaternion: Vector) -> Pose:
-        """Return the frame at this place and orientation in this frame."""
+        """Return the pose of a frame that has this position and orientation relative to this pose."""
         turned, orientation = np.zeros(3), np.zeros(4)
         mujoco.mju_rotVecQuat(turned, position_m, self.quaternion)
         mujoco.mju_mulQuat(orientation, self.quaternion, quaternion)
@@ -45,10 +45,10 @@ class Pose:
 
 
 def check_environment(environment: Loaded) -> None:
-    """Raise where no robot can be placed in an environment.
+    """Check that a robot can be placed in an environment.
 
     Raises:
-        MjcfError: It has names that are the robot's in a scene, or time stands still in it.
+        MjcfError: Names of the environment begin with the robot's prefix, or its time step is not positive.
     """
     faults = []
     named = (element.get("name", element.get("class", "")) for element in elements(environment.document.root))
@@ -66,17 +66,19 @@ def check_environment(environment: Loaded) -> None:
 
 
 def mount_names(environment: mujoco.MjModel) -> tuple[str, ...]:
-    """Return the sites of an environment where a robot may be attached: "mount" and those that begin with "mount_"."""
+    """Return the names of the sites to which a robot may be attached: "mount" and names that begin with "mount_"."""
     sites = [environment.site(i).name for i in range(environment.nsite)]
     return tuple(name for name in sites if name == "mount" or name.startswith("mount_"))
 
 
 def mount_pose(environment: mujoco.MjModel, placement: Placement) -> Pose:
-    """Return the mount a placement names: in its body for a fixed base, where it starts in the world for a free one.
+    """Return the pose of the mount that a placement names.
+
+    The pose is relative to the mount's body for a fixed base, and the initial pose in the world for a free base.
 
     Args:
         environment: The environment without a robot.
-        placement: Its mount exists.
+        placement: A placement whose mount exists in the environment.
     """
     if placement.mount == "world":
         return Pose("world", np.zeros(3), _UPRIGHT)
@@ -96,22 +98,23 @@ def attach_robot(
 ) -> tuple[str, list[str]]:
     """Attach a robot to a mount, in place, and add or remove its free joint.
 
-    A robot with one root is attached by it: the root's origin goes where the placement says, and its own position in
-    the robot's file is dropped. One with several roots, or with shapes and sites written straight into its world, gets
-    a body that carries them all, whose origin is the origin of the robot's file.
+    A robot with one root is attached by this root: the placement gives the position of the root's origin, and the
+    root's position in the robot's file is dropped. For a robot with several roots, or with geoms and sites directly in
+    its worldbody, a body is added that carries all of them; its origin is the origin of the robot's file.
 
     Args:
         scene: The environment, which becomes the scene.
-        robot: The robot without scenery; it belongs to the scene afterwards.
+        robot: The robot without scenery; it is part of the scene afterwards.
         alone: The same robot, compiled.
-        placement: Where it goes.
-        mount: Its mount.
+        placement: Placement of the robot.
+        mount: Pose of the mount, from `mount_pose`.
 
     Returns:
         Name of the body that carries the whole robot, and one sentence for each change.
 
     Raises:
-        MjcfError: The robot falls into separate parts, or its root has joints of its own and cannot be free.
+        MjcfError: The robot has no body, consists of separate parts of which one is free, or should be free although
+            its root has joints other than a free joint.
     """
     roots = list(robot.worldbody.bodies)
     beside = [*robot.worldbody.geoms, *robot.worldbody.sites]
@@ -121,7 +124,7 @@ def attach_robot(
         cure = "make every part of the robot a descendant of one body"
         _refuse("disconnected", tuple(root.name for root in roots), f"the robot {found}", cure, layer="structure")
     for root in roots:
-        root.mocap = False  # in a scene the mount moves the root, or nothing does
+        root.mocap = False  # in a scene only the mount may move the root
     turn = np.zeros(4)
     mujoco.mju_euler2Quat(turn, np.deg2rad(placement.rotation_deg), "xyz")
     pose = mount.moved(np.array(placement.position_m), turn)
@@ -141,7 +144,7 @@ def attach_robot(
 
 
 def _carry(scene: mujoco.MjSpec, robot: mujoco.MjSpec, pose: Pose, base: str) -> tuple[str, Any]:
-    """Add a body to the scene that will carry a whole robot; return its name and the frame to attach the robot to."""
+    """Add a body to the scene that carries the whole robot; return its name and the frame for attaching the robot."""
     name = ROBOT_PREFIX + unused_name("root", robot.bodies)
     body = scene.body(pose.body).add_body(name=name, pos=pose.position_m, quat=pose.quaternion)
     if base == "free":
@@ -150,7 +153,7 @@ def _carry(scene: mujoco.MjSpec, robot: mujoco.MjSpec, pose: Pose, base: str) ->
 
 
 def _set_base(robot: mujoco.MjSpec, root: Any, base: str) -> list[str]:
-    """Add or remove the free joint of a robot's only root."""
+    """Add or remove the free joint of a robot's only root; return one sentence for each change."""
     free = [joint for joint in root.joints if joint.type == mujoco.mjtJoint.mjJNT_FREE]
     if base == "fixed":
         for joint in free:
@@ -169,19 +172,20 @@ def _set_base(robot: mujoco.MjSpec, root: Any, base: str) -> list[str]:
 
 
 def exclude_mount_contacts(scene: mujoco.MjSpec, model: mujoco.MjModel, root: str, mount_body: str) -> None:
-    """Switch off contact between the first moving bodies of a fixed robot and what they are mounted on, in place.
+    """Exclude contact between the first moving bodies of a fixed robot and the bodies they are mounted on, in place.
 
-    MuJoCo leaves out contact between a body and its parent, but not where the parent does not move, nor across a body
-    without shape such as a gimbal. Excluded are the robot's own base, the mount's body, and what does not move against
-    the mount and is touched at the start; the world only if touched, because its floor and walls are obstacles too.
+    MuJoCo ignores contact between a body and its parent, but not if the parent is fixed to the world, nor across a
+    body without geoms such as a gimbal. Contact is excluded with the robot's own base, with the mount's body, and with
+    bodies that are fixed to the mount and touch the robot at the start. Contact with the world is only excluded if it
+    is touched at the start, because its floor and walls are also obstacles.
 
     Args:
         scene: Environment and robot.
-        model: The same, compiled.
-        root: Body that carries the whole robot; it does not move against the mount.
-        mount_body: Body the mount belongs to.
+        model: The same scene, compiled.
+        root: Name of the body that carries the whole robot and is fixed to the mount.
+        mount_body: Name of the body that the mount belongs to.
 
-    Source: MuJoCo manual, Computation, collision detection, filterparent; our choice: what is excluded.
+    Source: MuJoCo manual, Computation, collision detection, filterparent; our choice: which bodies are excluded.
     """
     held = int(model.body_weldid[model.body(root).id])
     robot = [body for body in range(model.nbody) if _descends(model, body, model.body(root).id)]
@@ -204,12 +208,12 @@ def _descends(model: mujoco.MjModel, body: int, ancestor: int) -> bool:
 
 
 def first_shapes(model: mujoco.MjModel, robot: list[int], held: int) -> Iterator[int]:
-    """Yield the moving bodies with shapes that have none between themselves and the base.
+    """Yield the first moving bodies with geoms: those without another such body between them and the base.
 
     Args:
         model: Compiled scene.
-        robot: Bodies of the robot.
-        held: Body that the base does not move against, as in `body_weldid`.
+        robot: Ids of the robot's bodies.
+        held: Id of the body that the base is fixed to, as in `body_weldid`.
     """
     for body in robot:
         if model.body_weldid[body] == held or not model.body_geomnum[body]:
@@ -222,7 +226,7 @@ def first_shapes(model: mujoco.MjModel, robot: list[int], held: int) -> Iterator
 
 
 def _touching(model: mujoco.MjModel, bodies: list[int]) -> Iterator[tuple[int, int]]:
-    """Yield (other body, body) for each contact of some bodies in the initial state."""
+    """Yield (other body, body) for each contact in the initial state that involves one of these bodies."""
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     for contact in data.contact[: data.ncon]:
@@ -234,7 +238,7 @@ def _touching(model: mujoco.MjModel, bodies: list[int]) -> Iterator[tuple[int, i
 
 
 def unused_name(name: str, elements: Iterable[Any]) -> str:
-    """Return the name, with underscores behind it as long as one of the elements has it already."""
+    """Return the name, with underscores appended until none of the elements has it."""
     taken = {element.name for element in elements}
     while name in taken:
         name += "_"

@@ -1,4 +1,4 @@
-"""Poses other than the drawn one, in which hidden faults show. Joints that follow another one do so."""
+"""Poses other than the reference pose, which reveal hidden faults. They satisfy the joint couplings of the model."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from aidsr.sim.structure import Structure
 _HINGE, _BALL = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL)
 _DOFS = {_HINGE: 1, _BALL: 3}
 _OF_RANGE = 0.5
-"""Share of a joint's range up to which random poses turn it. Our choice: clear of the stops."""
+"""Largest share of a joint's range that random poses use. Our choice: keeps a distance from the limits."""
 
 
 def bent_pose(model: mujoco.MjModel, structure: Structure, bend_rad: float) -> mujoco.MjData:
-    """Return data with every hinge and ball of the robot turned a little from the reference pose."""
+    """Return data with every hinge and ball of the robot rotated by `bend_rad` from the reference pose."""
     turn = np.zeros(model.nv)
     turn[[int(model.jnt_dofadr[joint]) for joint in _turning(model, structure)]] = bend_rad
     return _turned(model, turn)
 
 
 def random_poses(model: mujoco.MjModel, structure: Structure, count: int, bend_rad: float) -> Iterator[mujoco.MjData]:
-    """Yield data with every hinge and ball turned at random from the reference pose, the same for every call.
+    """Yield data with every hinge and ball rotated at random from the reference pose; every call gives the same poses.
 
     Args:
         model: Compiled model.
-        structure: What of it is the robot.
-        count: How many poses.
-        bend_rad: Largest turn of a joint [rad]; less where its range is narrow.
+        structure: The robot in the model.
+        count: Number of poses.
+        bend_rad: Largest rotation of a joint [rad]; smaller for a joint with a narrow range.
     """
     rng = np.random.default_rng(0)
     joints = _turning(model, structure)
@@ -49,7 +49,7 @@ def _turning(model: mujoco.MjModel, structure: Structure) -> list[int]:
 
 
 def _room_rad(model: mujoco.MjModel, joint: int) -> float:
-    """How far a joint may turn to the nearer of its stops [rad]."""
+    """Return how far a joint may rotate from the reference pose to the nearer of its limits [rad]."""
     if not model.jnt_limited[joint]:
         return float("inf")
     low, high = (float(end) for end in model.jnt_range[joint])

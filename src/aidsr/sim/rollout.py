@@ -1,4 +1,4 @@
-"""Many short simulations at once, stepped on native threads and recorded frame by frame."""
+"""Many short simulations in parallel, stepped on native threads and recorded frame by frame."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ Array = NDArray[np.float64]
 
 _STEPS_FOR_ACCELERATION = 3
 _CHUNK_BYTES = 8 * 2**20
-"""Memory of what is recorded between two looks: a share of a processor's cache, so that reducing it stays quick."""
+"""Largest size of the data recorded in one chunk, unless a single frame is larger. It is a fraction of a processor's
+cache, so that reducing the data is fast."""
 TOO_LITTLE_MEMORY = "MuJoCo's memory is too small for its contacts and constraints"
-"""Failure of a simulation in which MuJoCo left some out, or stopped."""
+"""Failure of a simulation in which MuJoCo left out contacts or constraints, or stopped, for lack of memory."""
 _TIME = int(mujoco.mjtState.mjSTATE_TIME)
 
 
@@ -27,9 +28,9 @@ class Simulation:
     """One simulation to run.
 
     Attributes:
-        model: Its model; all models of a batch are variants of one, with equal sizes. Automatic reset must be off.
-        state: Where it starts, (n_state,) of `mjSTATE_INTEGRATION`.
-        ctrl: Controls held during each frame, (n_frames, nu).
+        model: Model; all models of a batch are variants of one model, with equal sizes. Automatic reset must be off.
+        state: Initial state, (n_state,) of `mjSTATE_INTEGRATION`.
+        ctrl: Controls, constant during each frame, (n_frames, nu).
     """
 
     model: mujoco.MjModel
@@ -39,9 +40,9 @@ class Simulation:
 
 @dataclass(frozen=True)
 class Recording:
-    """What a batch of simulations did. Leading axes are simulation and frame.
+    """Recorded data of a batch of simulations. The leading axes are simulation and frame.
 
-    A simulation that fails stops there; its later frames repeat its last good one.
+    A simulation stops when it fails; its remaining frames repeat its last good frame.
 
     Attributes:
         frame_s: Simulated time between frames [s].
@@ -49,9 +50,9 @@ class Recording:
         fastest: Largest absolute `qvel` within each frame, (n_sims, n_frames, nv) [m/s or rad/s].
         speed_m_s: Largest speed of each body's centre of mass within each frame, (n_sims, n_frames, nbody).
         acceleration_m_s2: Acceleration of each centre of mass at the end of each frame, (n_sims, n_frames, nbody).
-        good_frames: Frames each simulation went through, (n_sims,); n_frames for one that never failed.
-        failures: What stopped each simulation, "" for one that never failed.
-        states: State at the end, (n_sims, n_state).
+        good_frames: Number of frames that each simulation completed, (n_sims,); n_frames if it did not fail.
+        failures: Reason for the failure of each simulation, "" if it did not fail.
+        states: Final states, (n_sims, n_state).
     """
 
     frame_s: float
@@ -64,12 +65,12 @@ class Recording:
     states: Array
 
     def failed(self, simulation: int) -> bool:
-        """Whether a simulation was stopped before its end."""
+        """Return whether a simulation failed before its last frame ended."""
         return bool(self.failures[simulation])
 
 
 def integration_state(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """Return the state a simulation can start from, (n_state,)."""
+    """Return the state of `data` in the form in which a simulation can start from it, (n_state,)."""
     kind = mujoco.mjtState.mjSTATE_INTEGRATION
     state = np.empty(mujoco.mj_stateSize(model, kind))
     mujoco.mj_getState(model, data, state, kind)
@@ -79,16 +80,19 @@ def integration_state(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
 def simulate(
     simulations: Sequence[Simulation], *, frame_steps: int, fields: Sequence[str], threads: int = 2
 ) -> Recording:
-    """Run simulations side by side; the result does not depend on the number of threads.
+    """Run simulations in parallel; the result does not depend on the number of threads.
 
     Args:
-        simulations: What to run, at least one, all with the same number of frames.
-        frame_steps: Time steps in a frame, at least 3 for the acceleration.
-        fields: MjData fields to keep, see `mujoco.batch.DATA_FIELDS`.
-        threads: Native threads, this one included.
+        simulations: At least one simulation; all have the same number of frames.
+        frame_steps: Time steps per frame, at least 3, which the acceleration needs.
+        fields: Names of the MjData fields to record, see `mujoco.batch.DATA_FIELDS`.
+        threads: Number of native threads, including the calling one.
 
-    Source: `mujoco.batch.Batch`. Unlike `mujoco.rollout` it records derived fields, so that no simulation has to be
-    walked through a second time for positions in the world.
+    Raises:
+        ValueError: `frame_steps` is below 3.
+
+    Source: `mujoco.batch.Batch`. Unlike `mujoco.rollout` it records derived fields, so world positions need no second
+    pass through the simulation.
     """
     if frame_steps < _STEPS_FOR_ACCELERATION:
         raise ValueError(f"a frame needs at least {_STEPS_FOR_ACCELERATION} time steps, got {frame_steps}")
@@ -100,7 +104,7 @@ def simulate(
 
 
 class _Run:
-    """The arrays of one call of `simulate` while it runs. A chunk is as many frames as fit into bounded memory."""
+    """State of one call of `simulate`. Frames are simulated in chunks whose recorded data fits into `_CHUNK_BYTES`."""
 
     def __init__(
         self, simulations: Sequence[Simulation], frame_steps: int, fields: tuple[str, ...], threads: int
@@ -127,7 +131,7 @@ class _Run:
         self.buffers: dict[str | int, Array] = {}
 
     def advance(self, first: int, count: int) -> None:
-        """Run some frames of those still alive, keep what was good and drop those that failed."""
+        """Run the next `count` frames of the simulations that have not failed; record them and drop new failures."""
         ctrl = np.repeat(self.ctrl[self.alive, first : first + count], self.frame_steps, axis=1)
         records = self._buffers(count)
         before = self._fatal_warnings()
@@ -150,7 +154,7 @@ class _Run:
         self.alive = self.alive[good == count]
 
     def _buffers(self, count: int) -> dict[str | int, Array]:
-        """Arrays for one chunk of everything recorded, reallocated when its size changes."""
+        """Return the recording buffers of one chunk; they are reallocated when their size changes."""
         steps, rows = count * self.frame_steps, self.alive.size
         if not self.buffers or self.buffers["qpos"].shape[:2] != (rows, steps):
             self.buffers = {name: np.zeros((rows, steps, *shape)) for name, shape in self.shapes.items()}
@@ -158,11 +162,11 @@ class _Run:
         return self.buffers
 
     def _fatal_warnings(self) -> NDArray[np.int64]:
-        """How many of the fatal kinds of warning each simulation still alive has had."""
+        """Return the number of fatal warnings so far of each simulation that has not failed."""
         return np.asarray(self.batch.warning[self.alive][:, FATAL_WARNINGS, 1].sum(axis=1))
 
     def _keep(self, records: dict[str | int, Array], first: int, count: int) -> None:
-        """Reduce each frame of a chunk to its end and its extremes."""
+        """Reduce each frame of a chunk to the values at its end and its largest speeds."""
         frames = slice(first, first + count)
         rows = self.alive if self.alive.size < len(self.failures) else slice(None)
         by_frame = {
@@ -178,7 +182,7 @@ class _Run:
         self.acceleration[rows, frames] = np.sqrt(np.einsum("...i,...i", change, change)) / self.timestep_s**2
 
     def _drop(self, simulation: int, frame: int, reason: str) -> None:
-        """Let a simulation end before a frame: what follows repeats the frame before it."""
+        """Mark a simulation as failed in a frame; this and all later frames repeat the frame before it."""
         self.failures[simulation] = reason
         self.good_frames[simulation] = frame
         for kept in (*self.kept.values(), self.fastest, self.speed, self.acceleration):
@@ -198,7 +202,10 @@ class _Run:
 
 
 def _good_steps(records: dict[str | int, Array], row: int) -> int:
-    """Steps of a failed simulation before the bad one: after it time stands still, or numbers are not finite."""
+    """Return the number of steps of a failed simulation before the first bad one.
+
+    After the bad step, time no longer advances or values are not finite.
+    """
     time_s = records[_TIME][row, :, 0]
     advanced = 1 + int(np.count_nonzero(np.diff(time_s) > 0))
     finite = np.isfinite(records["qpos"][row]).all(axis=1) & np.isfinite(records["qvel"][row]).all(axis=1)

@@ -1,4 +1,4 @@
-"""Whether a robot in a scene stands in the environment that its task has, unchanged."""
+"""Comparison of the environment in a scene with the environment of its task."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _FIELDS = {
     "sensor": ("type", "objtype", "reftype", "cutoff"),
     "eq": ("type", "active0", "solref", "solimp", "data"),
 }  # fmt: skip
-"""Numbers of an environment that decide how a task goes, by the kind of element."""
+"""Model fields of an environment that affect a task, by the kind of element."""
 _KINDS = {
     "body": mujoco.mjtObj.mjOBJ_BODY,
     "jnt": mujoco.mjtObj.mjOBJ_JOINT,
@@ -55,23 +55,24 @@ _TARGETS = {
 }
 _WORDS = {"jnt": "joint", "dof": "joint", "eq": "equality"}
 _RELATIVE, _ABSOLUTE = 1e-3, 1e-5
-"""A scene's text keeps six digits of its numbers."""
+"""Tolerances of the comparison: MJCF is written with six digits."""
 
 
 def find_environment_change(scene: mujoco.MjModel, environment: mujoco.MjModel) -> str:
-    """Return the first thing in which the environment of a scene differs from the one it should be, empty if nothing.
+    """Return the first difference between the environment of a scene and the expected one, empty if there is none.
 
-    A smaller time step is no difference, as assembly chooses one for a robot that needs it.
+    A time step that is a whole fraction of the environment's does not count as a difference, since assembly reduces it
+    for a robot that needs it.
 
     Args:
-        scene: A robot in an environment.
-        environment: The environment without a robot, or a scene with one.
+        scene: Compiled scene of a robot in an environment.
+        environment: Compiled expected environment, without a robot or as a scene with one.
     """
     return next(_differences(_Environment(scene), _Environment(environment)), "")
 
 
 class _Environment:
-    """What of a model is not the robot's, by kind of element in order."""
+    """The elements of a model that do not belong to the robot, by kind of element and in order."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self.model = model
@@ -96,7 +97,7 @@ class _Environment:
         return [index for index in range(model.nsensor) if self.name(kind, index)]
 
     def refers_to(self, kind: str, index: int) -> tuple[str, ...]:
-        """Return what an actuator acts on, a sensor measures or an equality joins, by name."""
+        """Return the names of what an actuator acts on, a sensor measures or an equality connects; else nothing."""
         model = self.model
         if kind == "actuator":
             found = _TARGETS[int(model.actuator_trntype[index])]
@@ -110,7 +111,7 @@ class _Environment:
         return ()
 
     def contacts(self) -> list[tuple[str, ...]]:
-        """Return the pairs and exclusions of contact that concern none of the robot's bodies, by name."""
+        """Return the names in contact pairs and contact exclusions that concern none of the robot's bodies."""
         model, bodies = self.model, set(self.bodies)
         apart = [(int(ends) >> 16, int(ends) & 0xFFFF) for ends in model.exclude_signature]
         found = [tuple(sorted(self.name("body", end) for end in ends)) for ends in apart if set(ends) <= bodies]
@@ -139,7 +140,7 @@ def _differences(scene: _Environment, wanted: _Environment) -> Iterator[str]:
         yield f"the time step is {scene.model.opt.timestep:g} s, which does not divide {wanted.model.opt.timestep:g} s"
     for kind, fields in _FIELDS.items():
         here, there = scene.elements(kind), wanted.elements(kind)
-        if kind in ("sensor", "site", "actuator"):  # a task brings sensors along, and order is no matter
+        if kind in ("sensor", "site", "actuator"):  # a task adds sensors, and the order does not matter
             by_name = {scene.name(kind, index): index for index in here}
             if missing := [name for index in there if (name := wanted.name(kind, index)) not in by_name]:
                 yield f"{_WORDS.get(kind, kind)} {missing[0]} is missing"
@@ -166,7 +167,7 @@ def _numbers_differ(
     for field in fields:
         name = f"{kind}_{field}"
         present, right = (_rows(side.model, name, ids) for side, ids in ((scene, here), (wanted, there)))
-        if field == "quat":  # the same turn may be written with either sign
+        if field == "quat":  # q and -q are the same rotation
             present = present * np.where((present * right).sum(axis=1, keepdims=True) < 0, -1.0, 1.0)
         bad = np.flatnonzero(~np.isclose(present, right, rtol=_RELATIVE, atol=_ABSOLUTE).all(axis=1))
         if bad.size:

@@ -1,11 +1,11 @@
-"""A robot made larger or smaller out of the same material.
+"""Scaling of a robot to another size with the same material.
 
 Scaling by s is a change of units: every length is multiplied by s, every mass by s^3 (same density), every time by s.
-The last follows from the material. Young's modulus has the unit kg m^-1 s^-2; it stays what it is only if
-s^3 s^-1 t^-2 = 1, so t = s: the robot twice as large swings half as fast. Each attribute is then multiplied by what
-its own unit says: inertias by s^5, bending stiffness E I / l by s^3, tendon stiffness E A / l by s, tendon forces (the
-strength of a cross-section) by s^2, torques by s^3, bending damping by s^4, which keeps damping ratios. Gravity belongs
-to the environment and is not scaled: under its own weight the larger robot sags more, as it does in nature.
+The factor on time follows from the material: Young's modulus has the unit kg m^-1 s^-2 and stays constant only if
+s^3 s^-1 t^-2 = 1, so t = s. A robot twice as large swings half as fast. Each attribute is multiplied by the factor for
+its unit: inertias by s^5, bending stiffness E I / l by s^3, tendon stiffness E A / l by s, tendon forces (strength of a
+cross-section) by s^2, torques by s^3, bending damping by s^4, which keeps damping ratios constant. Gravity belongs to
+the environment and is not scaled: the larger robot sags more under its own weight, as in nature.
 
 Source: dimensional analysis; units of the attributes from the MuJoCo XML reference. `docs/physics.md` has the table.
 """
@@ -55,7 +55,8 @@ _SENSOR_UNITS: dict[Any, tuple[int, int, int]] = {
     _SENS.mjSENS_E_KINETIC: (1, 2, -2),
     _SENS.mjSENS_CLOCK: (0, 0, 1),
 }
-"""Powers of mass, length and time in what a sensor reads; every other one reads a coordinate or a pure number."""
+"""Powers of mass, length and time in the unit of a sensor; all other sensors measure a generalized coordinate, its rate
+or force, or a dimensionless number."""
 
 _POSITION_SENSORS = (
     _SENS.mjSENS_JOINTPOS,
@@ -85,11 +86,11 @@ _Coordinates = Mapping[tuple[str, str], Coordinate]
 
 @isolated
 def resize_robot(mjcf: str, factor: float) -> str:
-    """Return the MJCF of a robot `factor` times as large out of the same material.
+    """Return the MJCF of a robot scaled by `factor` with the same material.
 
     Raises:
         MjcfError: The robot cannot be loaded, or a part of it has no scaling rule.
-        IsolationError: Loading ran past a limit.
+        IsolationError: Loading exceeded its limits of time or memory.
     """
     spec = parse_mjcf(mjcf)
     scale_robot(spec, factor)
@@ -98,12 +99,12 @@ def resize_robot(mjcf: str, factor: float) -> str:
 
 
 def scale_robot(spec: mujoco.MjSpec, factor: float, classes: Iterable[Any] = ()) -> None:
-    """Make a robot `factor` times as large out of the same material, in place.
+    """Scale a robot by `factor` with the same material, in place.
 
     Args:
-        spec: The robot, parsed and not attached anywhere.
-        factor: New lengths divided by old ones.
-        classes: Its default classes; see `change_units`.
+        spec: Parsed robot, not attached to a scene.
+        factor: New lengths divided by old lengths.
+        classes: Default classes of the robot; see `change_units`.
 
     Raises:
         MjcfError: A part of the robot has no scaling rule.
@@ -112,15 +113,15 @@ def scale_robot(spec: mujoco.MjSpec, factor: float, classes: Iterable[Any] = ())
 
 
 def change_units(spec: mujoco.MjSpec, units: Units, classes: Iterable[Any] = ()) -> None:
-    """Multiply every physical attribute of a model by what its unit says, in place.
+    """Multiply every physical attribute of a model by the factor for its unit, in place.
 
-    A parsed element holds its own copy of what its default class says, so each value is multiplied once whether the
-    classes are or not. Gravity, the medium, keyframes and user data are not touched.
+    A parsed element holds its own copy of the values of its default class, so each value is multiplied once, whether
+    the classes are scaled or not. Gravity, the medium, keyframes and user data are not changed.
 
     Args:
-        spec: The model, parsed and not attached anywhere.
+        spec: Parsed model, not attached to a scene.
         units: Factors on mass, length and time.
-        classes: Default classes to change as well, so that the written model is short and its classes fit its elements.
+        classes: Default classes to scale as well, so that they agree with the elements and the MJCF stays short.
 
     Raises:
         MjcfError: A part of the model has no scaling rule.
@@ -215,7 +216,10 @@ def _scale_geom(geom: Any, units: Units) -> None:
 
 
 def _scale_solver(element: Any, solref: str, solimp: str, width: float, units: Units) -> None:
-    """Scale a constraint's reference (time constant and ratio, or where negative two rates) and impedance width."""
+    """Scale `solref` and the width in `solimp` of a constraint.
+
+    A positive `solref` is a time constant and a damping ratio; a negative one is a stiffness and a damping per mass.
+    """
     reference = getattr(element, solref)
     direct = reference[0] <= 0
     factors = [units.of(time=-2), units.of(time=-1)] if direct else [units.time, 1.0]
@@ -236,13 +240,13 @@ def _scale_joint(joint: Any, coordinate: Coordinate) -> None:
 def _scale_tendon(tendon: Any, coordinate: Coordinate) -> None:
     _multiply(tendon, coordinate.units.length, "width")
     _multiply(tendon, coordinate.value(), "range", "margin")
-    # -1 asks the compiler for the length in the reference configuration.
+    # -1 makes the compiler use the length in the reference pose.
     tendon.springlength = np.where(tendon.springlength == -1, -1, tendon.springlength * coordinate.value())
     _scale_dynamics(tendon, coordinate)
 
 
 def _scale_dynamics(element: Any, coordinate: Coordinate) -> None:
-    """Scale what joints and tendons have in common."""
+    """Scale the attributes that joints and tendons have in common."""
     element.stiffness = element.stiffness * np.array(coordinate.stiffness)
     element.damping = element.damping * np.array(coordinate.damping)
     _multiply(element, coordinate.inertia, "armature")
@@ -252,7 +256,7 @@ def _scale_dynamics(element: Any, coordinate: Coordinate) -> None:
 
 
 def _tendon_is_length(tendon: Any, coordinates: _Coordinates) -> bool:
-    """Return whether a tendon's length is a length; a fixed one over hinges is a weighted sum of angles."""
+    """Return whether a tendon's coordinate is a length; that of a fixed tendon over hinges is a sum of angles."""
     first = tendon.path[0]
     if first.type != mujoco.mjtWrap.mjWRAP_JOINT:
         return True

@@ -1,11 +1,11 @@
-"""Whether a robot is a tendon-driven continuum robot: what of a compiled model is out of scope.
+"""Scope check: find the reasons why a robot is not a tendon-driven continuum robot.
 
-In scope is a robot with sensors whose cables and soft body do the work. Cables pull, and bend limbs of three or more
-joints in series; these limbs make up a fair share of its length and of its mass. Rigid parts beside them may carry
-and touch, but nothing else drives or holds the robot: no motors in joints, wheels, jets, suction or magnets.
+A robot in scope has sensors, and its cables and soft body do the work. Its cables pull, and bend limbs of three or more
+joints in series; these limbs make up a fair share of its length and mass. Rigid parts may carry loads and touch
+objects, but nothing else drives or holds the robot: no motors in joints, wheels, jets, suction or magnets.
 
-`find_out_of_scope(model, structure)` returns what it finds in a robot or in the robot of a scene. Motors, springs and
-constraints of the environment are not the robot's.
+`find_out_of_scope(model, structure)` checks a robot alone or the robot in a scene. Motors, springs and constraints of
+the environment do not count.
 """
 
 from __future__ import annotations
@@ -45,17 +45,17 @@ _FINDERS = (
     find_limbs,
     find_fully_actuated,
 )
-"""In the order of the report."""
+"""Checks in the order of the report."""
 
 
 def find_out_of_scope(model: mujoco.MjModel, structure: Structure) -> tuple[ScopeFinding, ...]:
-    """Return everything that makes a robot another kind than a tendon-driven continuum robot; empty for one in scope.
+    """Return every reason why a robot is not a tendon-driven continuum robot; empty for a robot in scope.
 
-    Takes milliseconds: nothing is simulated.
+    Takes milliseconds, since nothing is simulated.
 
     Args:
-        model: Compiled robot, or scene in which a robot stands; all that follows is read in its reference pose.
-        structure: `read_structure(model)`.
+        model: Compiled robot, or scene with a robot; it is examined in its reference pose.
+        structure: Result of `read_structure(model)`.
     """
     reader = ScopeReader(model, structure)
     return tuple(finding for find in _FINDERS for finding in find(reader))

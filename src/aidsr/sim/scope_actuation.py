@@ -1,4 +1,4 @@
-"""What drives a robot: cables that pull, and nothing else."""
+"""Scope checks of actuation: a robot must be driven by cables that pull, and by nothing else."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from aidsr.sim.scope_reader import PUSH_SHARE, ScopeFinding, ScopeReader
 from aidsr.sim.soft_body import SERIES_JOINTS
 
 RIGID_SHARE = 1.0
-"""Extent of the largest rigid part / length of the limbs that cables bend; posts that carry a limb to its work do not
-count. Our choice: robots on legs have up to 0.6, grippers 0.4, a bent post 0.9."""
+"""Largest allowed extent of a rigid part / length of the limbs that cables bend. Posts that carry a limb to its working
+position do not count. Our choice: robots on legs have up to 0.6, grippers 0.4, a bent post 0.9."""
 HEAVIEST_SHARE = 0.9
-"""Mass of the heaviest rigid part / moving mass. Our choice: trunks on soft legs have up to 0.8."""
+"""Largest allowed mass of a rigid part / moving mass. Our choice: trunks on soft legs have up to 0.8."""
 UNMOVED_SHARE = 0.5
-"""Mass that no cable moves / moving mass. Our choice."""
+"""Largest allowed mass that no cable moves / moving mass. Our choice."""
 _TRN, _JNT = mujoco.mjtTrn, mujoco.mjtJoint
 _FREE = int(_JNT.mjJNT_FREE)
 _ON_JOINTS = (int(_TRN.mjTRN_JOINT), int(_TRN.mjTRN_JOINTINPARENT))
@@ -41,7 +41,7 @@ def find_missing_parts(reader: ScopeReader) -> Iterator[ScopeFinding]:
 
 
 def find_other_actuators(reader: ScopeReader) -> Iterator[ScopeFinding]:
-    """Find actuators that are not cables: jets, adhesion and motors."""
+    """Find actuators that do not pull cables: jets, adhesion and motors."""
     model = reader.model
     found: dict[str, list[str]] = {"thruster": [], "adhesion": [], "motorized_joint": []}
     for actuator in reader.structure.actuators:
@@ -66,7 +66,7 @@ def find_other_actuators(reader: ScopeReader) -> Iterator[ScopeFinding]:
 
 
 def find_pushing_cables(reader: ScopeReader) -> Iterator[ScopeFinding]:
-    """Find actuators that push on a cable."""
+    """Find actuators that can push on a cable."""
     model = reader.model
     pushing = {}
     for actuator, (push, pull) in reader.pushes.items():
@@ -93,7 +93,7 @@ def find_pushing_cables(reader: ScopeReader) -> Iterator[ScopeFinding]:
 
 
 def find_limbs(reader: ScopeReader) -> Iterator[ScopeFinding]:
-    """Find cables that bend nothing, and robots that are rigid for the most part."""
+    """Find robots whose cables bend too few joints, or that are mostly rigid."""
     structure, soft = reader.structure, reader.soft
     if not reader.cables or structure.longest_series < SERIES_JOINTS:
         return
@@ -122,10 +122,10 @@ def find_limbs(reader: ScopeReader) -> Iterator[ScopeFinding]:
 
 
 def find_fully_actuated(reader: ScopeReader) -> Iterator[ScopeFinding]:
-    """Find robots with as many independent actuators as ways to bend.
+    """Find fully actuated robots, with as many independent actuators as internal degrees of freedom.
 
-    Source: our choice, after the usual definition of a continuum robot as underactuated; rank of the actuators'
-    moments over the degrees of freedom inside the robot.
+    Source: our choice, after the usual definition of a continuum robot as underactuated; the measure is the rank of the
+    actuators' moment matrix over the degrees of freedom inside the robot.
     """
     model, data, structure = reader.model, reader.data, reader.structure
     if structure.longest_series < SERIES_JOINTS:

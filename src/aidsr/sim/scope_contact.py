@@ -1,4 +1,4 @@
-"""What a robot touches, and what it passes through."""
+"""Scope checks of contact: the robot must touch its surroundings and not pass through them."""
 
 from __future__ import annotations
 
@@ -15,21 +15,23 @@ from aidsr.sim.scope_reader import ScopeFinding, ScopeReader
 Vector = NDArray[np.float64]
 
 GHOST_SHARE = 0.25
-"""Length of shapes that cannot touch anything / length of all shapes that move. Our choice."""
+"""Largest allowed length of geoms that cannot touch anything / length of all moving geoms. Our choice."""
 COVER_SHARE = 0.05
-"""Distance / L within which a shape that collides stands for one beside it that does not: a skin, or the discs of a
-backbone. Our choice: half the spacing of ten discs."""
+"""Distance / L within which a colliding geom covers a geom that does not collide, as a skin or the discs of a backbone
+do. Our choice: half the spacing of ten discs."""
 GAP_SHARE = 0.01
-"""Depth / L that a geom's `gap` lets others enter without force, from which it counts as one that does not collide."""
+"""Largest depth / L to which a geom's `gap` lets others enter without force; beyond it the geom counts as one that does
+not collide."""
 MARGIN_SHARE = 0.02
-"""Distance / L from which a contact may begin to push. Our choice: margins that find contacts early are far smaller."""
+"""Largest allowed distance / L at which a contact begins to push. Our choice: margins for early contact detection are
+far smaller."""
 MOUNTED_SHARE = 0.3
-"""Distance / L from the mounted part within which a limb begins, and may pass through the mount. Our choice."""
+"""Distance / L from the mounted part within which bodies of a limb may pass through the mount. Our choice."""
 _FLAT = (int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD))
 
 
 def _collides(reader: ScopeReader) -> dict[int, bool]:
-    """Whether each shape of the robot collides with all surroundings that any of its shapes collides with."""
+    """Return for each geom of the robot whether it collides with all surroundings with which any of them collides."""
     model, structure = reader.model, reader.structure
     ours = set(structure.geoms)
     others = [g for g in range(model.ngeom) if g not in ours and (model.geom_contype[g] or model.geom_conaffinity[g])]
@@ -49,7 +51,7 @@ def _collides(reader: ScopeReader) -> dict[int, bool]:
 
 
 def find_ghosts(reader: ScopeReader) -> Iterator[ScopeFinding]:
-    """Find shapes that move with the robot and that nothing can touch, unless others of its shapes are close by."""
+    """Find moving geoms of the robot that nothing can touch and that no colliding geom of the robot covers."""
     model, structure = reader.model, reader.structure
     collides = _collides(reader)
     moving = [
@@ -72,7 +74,7 @@ def find_ghosts(reader: ScopeReader) -> Iterator[ScopeFinding]:
 
 
 def _uncovered(reader: ScopeReader, geom: int, solid: list[int]) -> float:
-    """Share of a shape's surface that is far from every shape that collides."""
+    """Return the share of a geom's surface that is far from every colliding geom of the robot."""
     if not solid:
         return 1.0
     model, data = reader.model, reader.data
@@ -85,9 +87,9 @@ def _uncovered(reader: ScopeReader, geom: int, solid: list[int]) -> float:
 
 
 def find_excluded_contacts(reader: ScopeReader) -> Iterator[ScopeFinding]:
-    """Find contact exclusions and pairs between the robot and its surroundings.
+    """Find contact exclusions and contact pairs between the robot and its surroundings.
 
-    A limb may pass through what it is mounted on where it begins.
+    Exclusions between the beginning of a limb and its mount are allowed.
     """
     model, structure = reader.model, reader.structure
     ours = set(structure.bodies)
@@ -107,7 +109,7 @@ def find_excluded_contacts(reader: ScopeReader) -> Iterator[ScopeFinding]:
 
 
 def find_margins(reader: ScopeReader) -> Iterator[ScopeFinding]:
-    """Find shapes that push before they touch."""
+    """Find geoms whose contacts push at a distance."""
     margins_m = {g: float(reader.model.geom_margin[g]) for g in reader.structure.geoms}
     wide = [g for g, margin_m in margins_m.items() if margin_m > MARGIN_SHARE * reader.length_m]
     if wide:
@@ -118,7 +120,7 @@ def find_margins(reader: ScopeReader) -> Iterator[ScopeFinding]:
 
 
 def _begins_on_mount(reader: ScopeReader, body: int, other: int) -> bool:
-    """Whether a body is close to the fixed root or the first shape behind it, and the other is its mount."""
+    """Return whether `other` is the mount and `body` is close to the fixed base or the first body with geoms on it."""
     model, structure = reader.model, reader.structure
     fixed = [root for root in structure.roots if root not in structure.free_roots]
     if int(model.body_weldid[other]) not in {int(model.body_weldid[int(model.body_parentid[root])]) for root in fixed}:
@@ -132,7 +134,10 @@ def _begins_on_mount(reader: ScopeReader, body: int, other: int) -> bool:
 
 
 def _surface(half: Vector) -> Vector:
-    """Points on a box around its longest axis, (n, 3): stations along it, on its four sides."""
+    """Return points on the four sides around a box's longest axis, at five stations along this axis, (20, 3).
+
+    `half` is the half size of the box, (3,).
+    """
     order = np.argsort(half)
     points = []
     for station in np.linspace(-1, 1, 5):

@@ -1,4 +1,4 @@
-"""What else carries, turns or throws a robot: axles, springs, the world."""
+"""Scope checks of other causes of motion and support: axles, springs, outside forces, outside constraints."""
 
 from __future__ import annotations
 
@@ -15,26 +15,28 @@ from aidsr.sim.structure import equality_bodies
 Vector = NDArray[np.float64]
 
 FREE_TURN_RAD = 1.5 * np.pi
-"""Range of a joint without a spring from which it is an axle. Our choice: joints of a limb turn half of that
-at most."""
+"""Range of a joint without a spring above which it counts as an axle. Our choice: joints of a limb have at most half of
+that."""
 SPRING_SHARE = 0.02
-"""Torque of a joint's spring at a quarter turn / weight x length, below which none returns the joint. Our choice."""
+"""Torque of a joint's spring at a quarter turn / (weight x L), below which the joint counts as one without a spring.
+Our choice."""
 LOADED_SHARE = 1.0
-"""Energy of springs in the initial pose / weight x length. Our choice: such springs throw the robot up by its length; a
-blade that springs press on a wall has half of that."""
+"""Largest allowed energy of all springs in the initial pose / (weight x L). Our choice: springs with more energy throw
+the robot up by its length; a blade that springs press on a wall has half of that."""
 _OUTSIDE_RANGE_RAD = 0.02
-"""How far outside its range a joint may start. Our choice: rounding of degrees."""
+"""Angle outside its range at which a joint may start; for a slide, distance / L. Our choice: rounding of degrees."""
 _PRELOAD_RAD = 0.1
+"""Deflection of a spring in the initial pose up to which it never counts as loaded."""
 _PRELOAD_SHARE = 2.0
-"""Turn of a spring in the initial pose, and its torque / that of the weight behind the joint, from which it is loaded
-where no cable bends the joint. Our choice: a spring that only carries what hangs on it has 1 at most."""
+"""Torque of a spring in the initial pose / torque of the weight that the joint carries, above which the spring counts
+as loaded if no cable bends the joint. Our choice: a spring that only carries this weight has at most 1."""
 _JNT = mujoco.mjtJoint
 _HINGE, _BALL = int(_JNT.mjJNT_HINGE), int(_JNT.mjJNT_BALL)
 _SLIDE = int(_JNT.mjJNT_SLIDE)
 
 
 def find_axles(reader: ScopeReader) -> Iterator[ScopeFinding]:
-    """Find joints that turn by more than three quarters of a turn and that no spring returns."""
+    """Find hinges and balls that can turn by more than three quarters of a turn and that no spring returns."""
     model = reader.model
     axles = []
     for joint in reader.inner_joints():
@@ -53,7 +55,11 @@ def find_axles(reader: ScopeReader) -> Iterator[ScopeFinding]:
 
 
 def find_springs(reader: ScopeReader) -> Iterator[ScopeFinding]:
-    """Find springs that hold more energy in the initial pose than it takes to hold a limb up."""
+    """Find springs that are loaded in the initial pose.
+
+    Reported is the first of three faults that is found: too much energy in all springs, a spring that is loaded beyond
+    the weight that it carries, or joints that start outside their range.
+    """
     model = reader.model
     energy: dict[str, float] = {}
     away: dict[str, float] = {}
@@ -104,7 +110,7 @@ def find_springs(reader: ScopeReader) -> Iterator[ScopeFinding]:
 
 
 def _throws(reader: ScopeReader, joint: int) -> bool:
-    """Whether the spring of a hinge that cables do not bend is loaded beyond what the weight behind it asks for."""
+    """Return whether the spring of a hinge that no cable bends is loaded far beyond the weight that it carries."""
     model, data = reader.model, reader.data
     body, at = int(model.jnt_bodyid[joint]), int(model.jnt_qposadr[joint])
     if body in reader.soft.bent or int(model.jnt_type[joint]) != _HINGE:
@@ -132,7 +138,7 @@ def find_outside_forces(reader: ScopeReader) -> Iterator[ScopeFinding]:
 
 
 def find_outside_holds(reader: ScopeReader) -> Iterator[ScopeFinding]:
-    """Find constraints, cables and rails between the robot and what is not the robot."""
+    """Find equality constraints, mocap bodies, cables and slides between the robot and its surroundings."""
     model, structure = reader.model, reader.structure
     ours = set(structure.bodies)
     held: list[str] = []
@@ -154,7 +160,7 @@ def find_outside_holds(reader: ScopeReader) -> Iterator[ScopeFinding]:
 
 
 def find_locked_joints(reader: ScopeReader) -> Iterator[ScopeFinding]:
-    """Find joints that constraints leave no motion."""
+    """Find joints that equality constraints lock."""
     model = reader.model
     free = unlocked_dofs(model, reader.data)
     locked = [joint for joint in reader.inner_joints() if not free[int(model.jnt_dofadr[joint])]]
@@ -164,14 +170,14 @@ def find_locked_joints(reader: ScopeReader) -> Iterator[ScopeFinding]:
 
 
 def _turn_between(one: Vector, other: Vector) -> float:
-    """Angle between two orientations [rad]."""
+    """Return the angle between two orientations, given as quaternions [rad]."""
     velocity = np.zeros(3)
     mujoco.mju_subQuat(velocity, np.asarray(one), np.asarray(other))
     return float(np.linalg.norm(velocity))
 
 
 def _spring_energy_j(stiffness: float, poly: Vector, stretch: float) -> float:
-    """Energy of a spring [J].
+    """Return the energy of a spring [J].
 
     Source: MuJoCo XML reference, joint/stiffness: force = x (k + p0 |x| + p1 x^2).
     """

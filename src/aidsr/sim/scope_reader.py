@@ -1,4 +1,4 @@
-"""What the findings on scope are read off: cables, their pushes, the soft body, and names."""
+"""Data that the scope checks share: cables, the forces of their actuators, the soft body, and names."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from aidsr.sim.soft_body import SERIES_JOINTS, SoftBody, read_soft_body
 from aidsr.sim.structure import Structure, name_of
 
 PUSH_SHARE = 0.1
-"""Greatest push / greatest pull of an actuator on a cable. Our choice."""
+"""Largest allowed push / largest pull of an actuator on a cable. Our choice."""
 _SHORTER = 0.9
-"""Length / drawn length of a cable at which a servo's push is read as well. Our choice: a limb bent far."""
+"""Length / reference length of a cable at which the forces of its actuator are calculated as well. Our choice: the
+length in a strongly bent limb."""
 
 _JNT = mujoco.mjtJoint
 _FREE = int(_JNT.mjJNT_FREE)
@@ -28,12 +29,12 @@ class ScopeFinding:
     """One reason why a robot is out of scope.
 
     Attributes:
-        code: Of the fault; the validator has a rule for each.
-        message: What was measured or read.
-        names: Parts concerned.
-        measured, limit: The figure, and what is allowed; None where there is none.
-        unit: Of both; empty for that of the rule.
-        whole, whole_unit: What 1 of the unit is, where it is relative.
+        code: Code of the fault; the validator has a rule for each code.
+        message: What was measured or found in the model.
+        names: Names of the parts concerned.
+        measured, limit: Measured value and its limit; None if there is none.
+        unit: Unit of both; empty for the unit of the rule.
+        whole, whole_unit: Absolute value and unit to which `measured` is relative, if it is a share.
     """
 
     code: str
@@ -47,7 +48,18 @@ class ScopeFinding:
 
 
 class ScopeReader:
-    """What several findings are read off."""
+    """Data that several scope checks use.
+
+    Attributes:
+        model, structure: Compiled model, and the robot in it.
+        data: Data of the model in the reference pose.
+        length_m: Characteristic length L [m].
+        weight_n: Weight of the moving bodies on Earth [N].
+        tendons: Tendons of the robot by id.
+        pushes: Largest push and largest pull [N] of each actuator on a tendon, by actuator id.
+        cables: Ids of the actuators that pull a cable.
+        soft: The bodies that these actuators bend.
+    """
 
     def __init__(self, model: mujoco.MjModel, structure: Structure) -> None:
         self.model, self.structure = model, structure
@@ -61,7 +73,7 @@ class ScopeReader:
         self.soft: SoftBody = read_soft_body(model, structure, self.cables)
 
     def _read_pushes(self) -> dict[int, tuple[float, float]]:
-        """Greatest push and pull of each actuator with a control range on a tendon [N]."""
+        """Return the largest push and the largest pull of each actuator on a tendon over its control range [N]."""
         model = self.model
         pushes = {}
         for drive in read_drives(model, self.data, self.structure):
@@ -76,7 +88,9 @@ class ScopeReader:
         return pushes
 
     def _forces_shorter(self, actuator: int, low: float, high: float) -> list[float]:
-        """Forces of an actuator on its tendon at both ends of its control range when the tendon is shorter [N].
+        """Return the forces of an actuator on its shortened tendon at both ends of its control range [N].
+
+        The tendon has `_SHORTER` of its reference length. Empty for actuators whose force is not affine in the length.
 
         Source: MuJoCo documentation, Computation, "Actuation model": force = gain * input + bias, affine in the length.
         """
@@ -98,7 +112,11 @@ class ScopeReader:
         return list(map(float, forces * model.actuator_gear[actuator, 0]))
 
     def _pulls_cable(self, actuator: int) -> bool:
-        """Whether an actuator on a tendon pulls a cable: along a path, or on a sum of joints like one along a limb."""
+        """Return whether an actuator on a tendon pulls a cable.
+
+        A spatial tendon is a cable. A fixed tendon counts as one if it acts on three or more joints and its actuator
+        hardly pushes.
+        """
         tendon = self.tendons.get(int(self.model.actuator_trnid[actuator, 0]))
         if tendon is None or tendon.spatial:
             return tendon is not None
@@ -106,19 +124,19 @@ class ScopeReader:
         return tendon.spans > SERIES_JOINTS and push <= PUSH_SHARE * pull
 
     def inner_joints(self) -> list[int]:
-        """Joints but free ones."""
+        """Return all joints of the robot except free joints."""
         return [joint for joint in self.structure.joints if int(self.model.jnt_type[joint]) != _FREE]
 
     def name(self, kind: str, index: int) -> str:
-        """Name of an element of a kind."""
+        """Return the name of an element; `kind` is the end of its mjtObj constant, such as "BODY"."""
         return name_of(self.model, getattr(mujoco.mjtObj, f"mjOBJ_{kind}"), index)
 
     def joint(self, joint: int) -> str:
-        """Name of a joint; one without is called after its body."""
+        """Return the name of a joint, "joint of <body>" if it has none."""
         name = mujoco.mj_id2name(self.model, mujoco.mjtObj.mjOBJ_JOINT, joint)
         return name or f"joint of {self.name('BODY', int(self.model.jnt_bodyid[joint]))}"
 
     def geom(self, geom: int) -> str:
-        """Name of a geom; one without is called after its body."""
+        """Return the name of a geom, "geom of <body>" if it has none."""
         name = mujoco.mj_id2name(self.model, mujoco.mjtObj.mjOBJ_GEOM, geom)
         return name or f"geom of {self.name('BODY', int(self.model.geom_bodyid[geom]))}"

@@ -1,4 +1,4 @@
-"""What of a robot its cables bend, and what of it is rigid."""
+"""Division of a robot into the bodies that its cables bend and its rigid parts."""
 
 from __future__ import annotations
 
@@ -17,28 +17,29 @@ Vector = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 SERIES_JOINTS = 3
-"""A continuum limb bends in at least this many places in series; with two it is a linkage. Our choice."""
+"""Smallest number of joints in series that a continuum limb bends; a limb with two joints is a linkage. Our choice."""
 
 CHAIN_BEND_RAD = 0.1
-"""Bend of a limb, shared evenly by its joints, from which a joint counts as bent. Our choice: it moves a limb's tip by
-a twentieth of its length, as much as the validator asks of an actuator."""
+"""Bend of a whole limb. A joint counts as bent from its even share of this angle. Our choice: this bend moves a limb's
+tip by a twentieth of the limb's length, the displacement that the validator requires of an actuator."""
 
 _BENT_RAD = 0.02
-"""Bend in which moment arms are read: straight, a cable through the axes is at an extreme of its length."""
+"""Rotation of every joint in the pose in which moment arms are read. It is not zero because in a straight limb a cable
+that crosses the joint axes has an extreme length, and so a moment arm of zero."""
 _SLOWEST_S = 10.0
-"""Time within which a joint has to follow: damping and armature that hold it longer make it rigid. Our choice, about
-the length of an episode."""
+"""Time within which a joint has to bend; a joint that damping and armature hold longer counts as rigid. Our choice:
+about the length of an episode."""
 _LEVER = 1e-4
-"""Moment arm / L below which a cable does not act on a joint. Our choice: a tenth of a millimetre on one metre."""
+"""Moment arm / L below which a cable does not act on a joint. Our choice: 0.1 mm for a length of 1 m."""
 _LOCKED = 1e-3
-"""Share of a joint's motion that equality constraints leave, below which it is locked. Our choice, above rounding."""
+"""Share of a joint's motion that equality constraints leave, below which it is locked. Our choice: above rounding."""
 EVEN_JOINTS = 2.0
-"""Joints that would bend a limb as far if they bent alike, (sum b)^2 / sum b^2, from which it bends as a limb. Our
-choice: in a rod on one soft hinge they are 1 to 1.6, in limbs of three alike joints 3."""
+"""Smallest effective number of bent joints, (sum b)^2 / sum b^2 with the bends b, of a limb that shares its bending
+among its joints. Our choice: the number is 1 to 1.6 for a rod on one soft hinge, and 3 for three equal joints."""
 _SAME_POINT = 1e-3
-"""Joints nearer than this share of L turn about one point, as in `aidsr.sim.structure`."""
+"""Distance / L below which two joints turn about the same point, as in `aidsr.sim.structure`."""
 _LONG_LINK = 2.0
-"""Link length / median link length above which the rest of a link counts as rigid. Our choice."""
+"""Link length / median link length above which the remainder of a link counts as rigid. Our choice."""
 _GRAVITY_M_S2 = 9.81
 
 _HINGE, _BALL = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL)
@@ -49,20 +50,21 @@ _CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1
 
 @dataclass(frozen=True)
 class SoftBody:
-    """A robot divided into what its cables bend and what is rigid.
+    """A robot divided into the bodies that its cables bend and its rigid parts.
 
     Attributes:
-        series: Joints that cables bend one after the other, at most.
-        bent: Bodies behind the joints that cables bend, in series of three or more that share the bending.
-        linkage: Bodies behind other joints that cables turn or slide.
-        length_m: Length of those series together [m].
-        largest_part: Bodies of the largest rigid part, joined to each other without a joint that can bend.
-        largest_part_m: Its extent [m]: the farthest distance between two points of its colliding geoms, and of the part
-            that a mount holds, how far they are from the straight lines that lead from the mount to the limbs.
+        series: Largest number of joints in series that cables bend.
+        bent: Bodies with joints that cables bend, in series of three or more joints that share the bending.
+        linkage: Bodies with other joints that cables turn or slide.
+        length_m: Total length of the bent series [m].
+        largest_part: Bodies of the largest rigid part; no joint between them can bend.
+        largest_part_m: Extent of that part [m]: the largest distance between two points of its colliding geoms. For the
+            part that is fixed to a mount, it is instead the largest distance of these points from the straight lines
+            between the mount and the limbs.
         heaviest_part: Bodies of the heaviest rigid part that can move.
-        heaviest_share: Its mass / mass of all that moves.
-        unmoved: Moving bodies of a robot with a fixed root that stand before every joint that cables bend.
-        unmoved_share: Their mass / mass of all that moves; 0 for a free root, which moves with its limbs.
+        heaviest_share: Mass of that part / moving mass.
+        unmoved: Moving bodies of a robot with a fixed root that come before every joint that cables bend.
+        unmoved_share: Mass of those bodies / moving mass; 0 for a free root, which moves with its limbs.
     """
 
     series: int
@@ -78,15 +80,15 @@ class SoftBody:
 
 
 def read_soft_body(model: mujoco.MjModel, structure: Structure, cables: Iterable[int]) -> SoftBody:
-    """Return what of a robot some of its actuators bend, in the reference pose and statically.
+    """Return which bodies of a robot some of its actuators bend, calculated statically in the reference pose.
 
-    A joint is bent where the strongest cable turns it by its share of `CHAIN_BEND_RAD` against its springs, within its
-    range. A joint that neither a cable nor the robot's weight on a lever of L turns by as much is rigid.
+    A joint is bent if the strongest cable turns it by its share of `CHAIN_BEND_RAD` against its springs and within its
+    range. A joint is rigid if neither a cable nor the robot's weight on a lever arm of L turns it that far.
 
     Args:
         model: Compiled model.
-        structure: Its robot.
-        cables: Actuators that pull on cables.
+        structure: The robot in the model.
+        cables: Ids of the actuators that pull on cables.
     """
     if not structure.bodies:
         return SoftBody(0, (), (), 0.0, (), 0.0, (), 0.0, (), 0.0)
@@ -135,7 +137,10 @@ def read_soft_body(model: mujoco.MjModel, structure: Structure, cables: Iterable
 
 
 def _cable_torques(model: mujoco.MjModel, data: mujoco.MjData, structure: Structure, cables: Iterable[int]) -> Vector:
-    """Largest force of a single cable on each degree of freedom, (nv,) [N m, N of a slide]."""
+    """Return the largest force of a single cable on each degree of freedom, (nv,) [N m; N for a slide].
+
+    The friction loss of the degree of freedom is subtracted.
+    """
     bent = bent_pose(model, structure, _BENT_RAD)
     largest = np.zeros(model.nv)
     wanted = set(cables)
@@ -153,7 +158,10 @@ def _cable_torques(model: mujoco.MjModel, data: mujoco.MjData, structure: Struct
 
 
 def _holding(model: mujoco.MjModel) -> Vector:
-    """What holds each degree of freedom: spring, and within the slowest time damper and inertia, (nv,) [N m/rad]."""
+    """Return the effective stiffness of each degree of freedom, (nv,) [N m/rad].
+
+    It includes the resistance of damping and armature to a motion within `_SLOWEST_S`.
+    """
     joints = np.asarray(model.dof_jntid)
     springs = np.abs(np.asarray(model.jnt_stiffness)[joints])
     dampers = np.abs(np.asarray(model.dof_damping)) / _SLOWEST_S
@@ -161,7 +169,10 @@ def _holding(model: mujoco.MjModel) -> Vector:
 
 
 def _room(model: mujoco.MjModel) -> Vector:
-    """How far each degree of freedom may turn from the reference pose, (nv,) [rad]."""
+    """Return how far each degree of freedom may move from the reference pose to the farther end of its range.
+
+    (nv,) [rad or m]; infinite for a joint without a range.
+    """
     joints = np.asarray(model.dof_jntid)
     start = np.array(
         [
@@ -174,11 +185,11 @@ def _room(model: mujoco.MjModel) -> Vector:
 
 
 def unlocked_dofs(model: mujoco.MjModel, data: mujoco.MjData) -> Mask:
-    """Return which degrees of freedom the active equality constraints leave any motion, (nv,).
+    """Return which degrees of freedom the active equality constraints do not lock, (nv,).
 
     Args:
         model: Compiled model.
-        data: Its data after `mj_forward`.
+        data: Data of the model after `mj_forward`.
     """
     rows = np.flatnonzero(np.asarray(data.efc_type) == int(mujoco.mjtConstraint.mjCNSTR_EQUALITY))
     if not rows.size:
@@ -199,23 +210,24 @@ def _dofs(model: mujoco.MjModel, body: int) -> list[int]:
 
 
 def _turns(model: mujoco.MjModel, body: int) -> list[int]:
-    """Degrees of freedom of a body's hinges and balls."""
+    """Return the degrees of freedom of a body's hinges and balls."""
     return [dof for dof in _dofs(model, body) if int(model.jnt_type[model.dof_jntid[dof]]) in (_HINGE, _BALL)]
 
 
 def _series(
     model: mujoco.MjModel, data: mujoco.MjData, structure: Structure, bends_rad: Vector
 ) -> tuple[int, tuple[int, ...], float]:
-    """Return what bends in series, branches passed through.
+    """Return the series of joints that bend between the root and the leaves; a series may pass through branches.
 
     Args:
         model: Compiled model.
-        data: Its data in the reference pose.
-        structure: Its robot.
-        bends_rad: How far cables bend each degree of freedom, 0 where not enough, (nv,).
+        data: Data of the model in the reference pose.
+        structure: The robot in the model.
+        bends_rad: Angle by which cables bend each degree of freedom, 0 if it is too small to count, (nv,).
 
     Returns:
-        Most joints in series that share the bending; the bodies behind those of three or more; their length [m].
+        Largest number of joints in series that share the bending; the bodies in series of three or more such joints;
+        the total length of these series [m].
     """
     parents = model.body_parentid
     bend_rad = {body: max((bends_rad[dof] for dof in _turns(model, body)), default=0.0) for body in structure.moving}
@@ -254,7 +266,7 @@ def _series(
 
 
 def _limb_starts(model: mujoco.MjModel, data: mujoco.MjData, bent: tuple[int, ...]) -> list[Vector]:
-    """Where limbs begin: the first joints that bend [m]."""
+    """Return the world positions of the first bent joint of each limb [m]."""
     starts, passed = [], set[int]()
     for body in range(model.nbody):
         if int(model.body_parentid[body]) in passed:
@@ -268,7 +280,15 @@ def _limb_starts(model: mujoco.MjModel, data: mujoco.MjData, bent: tuple[int, ..
 def _beyond_posts_m(
     model: mujoco.MjModel, data: mujoco.MjData, root: int, bodies: Iterable[int], starts: list[Vector]
 ) -> float:
-    """Farthest distance of a mounted part from the straight lines between the mount and where limbs begin [m]."""
+    """Return the largest distance of a mounted part from the straight lines between the mount and the limbs [m].
+
+    Args:
+        model: Compiled model.
+        data: Data of the model in the reference pose.
+        root: Root body, whose origin is on the mount.
+        bodies: Bodies of the mounted part.
+        starts: World positions at which the limbs begin [m].
+    """
     cloud = _cloud(model, data, bodies)
     if not len(cloud):
         return 0.0
@@ -282,7 +302,10 @@ def _beyond_posts_m(
 
 
 def _parts(model: mujoco.MjModel, structure: Structure, moves: Mask) -> dict[int, tuple[int, ...]]:
-    """Rigid parts by their first body: bodies without a joint between them that can move."""
+    """Return the rigid parts, keyed by their first body: groups of bodies with no movable joint between them.
+
+    `moves` says which degrees of freedom can move, (nv,).
+    """
     first: dict[int, int] = {}
     for body in structure.bodies:
         parent = int(model.body_parentid[body])
@@ -295,7 +318,7 @@ def _parts(model: mujoco.MjModel, structure: Structure, moves: Mask) -> dict[int
 
 
 def _cloud(model: mujoco.MjModel, data: mujoco.MjData, bodies: Iterable[int]) -> Vector:
-    """Corners of the boxes around the colliding geoms of some bodies, (n, 3) [m]."""
+    """Return the corners of the bounding boxes of some bodies' colliding geoms, (n, 3) [m]."""
     points = []
     for body in bodies:
         for geom in range(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body]):
@@ -308,7 +331,7 @@ def _cloud(model: mujoco.MjModel, data: mujoco.MjData, bodies: Iterable[int]) ->
 
 
 def _extent_m(model: mujoco.MjModel, data: mujoco.MjData, bodies: Iterable[int]) -> float:
-    """Farthest distance between two points of some bodies [m]."""
+    """Return the largest distance between two points of some bodies' colliding geoms [m]."""
     cloud = _cloud(model, data, bodies)
     if not len(cloud):
         return 0.0
@@ -317,7 +340,10 @@ def _extent_m(model: mujoco.MjModel, data: mujoco.MjData, bodies: Iterable[int])
 
 
 def _directions() -> Vector:
-    """Directions spread over half a sphere, (n, 3): the longest shadow on them is the extent within 2 %."""
+    """Return unit vectors spread over a hemisphere, (n, 3).
+
+    The largest projected length along one of them is the extent of a body within 2 %.
+    """
     count = 128
     k = np.arange(count) + 0.5
     height, turn = k / count, np.pi * (1 + 5**0.5) * k
@@ -326,7 +352,10 @@ def _directions() -> Vector:
 
 
 def _slide_unit(model: mujoco.MjModel, structure: Structure) -> Vector:
-    """L of a slide and 1 of a turning joint, (nv,): motion along a slide counts as a share of L."""
+    """Return the unit of each degree of freedom's motion, (nv,): L for a slide, 1 for a rotational one.
+
+    Motion along a slide is thus measured as a share of L.
+    """
     kinds = np.asarray(model.jnt_type)[np.asarray(model.dof_jntid)]
     return np.where(kinds == _SLIDE, structure.characteristic_length_m, 1.0)
 

@@ -1,6 +1,6 @@
-"""Let a free robot stand on what is below it: by how much its placement has to be raised or lowered, and how it rests.
+"""Adjustment of a free robot's height so that it stands on the ground, and a test of how stably it stands.
 
-A placement says where the root's origin goes, and whoever writes it rarely knows where the lowest foot is.
+A placement gives the position of the root's origin, and its author rarely knows the position of the lowest foot.
 """
 
 from __future__ import annotations
@@ -24,52 +24,53 @@ from aidsr.sim.structure import read_structure
 from aidsr.sim.task_sensors import TaskSensor
 
 _GAP_M = 0.0005
-"""Left below the lowest foot. Our choice: too little to be seen, enough that no contact pushes at the start."""
+"""Gap left below the lowest foot. Our choice: too small to be visible, and large enough that no contact pushes at the
+start."""
 _STEP_M = 0.004
-"""Between two heights that are tried. Our choice: below the thickness of any wall of ours."""
+"""Step between the heights that are tried. Our choice: less than the thickness of any wall in the environments."""
 _FARTHEST_M = 0.6
-"""How far a robot is raised or lowered at most. Our choice: more than a robot of this size is high."""
+"""Largest distance by which a robot is raised or lowered. Our choice: more than the height of such robots."""
 _BISECTIONS = 12
 _REST_S = 1.5
-"""How long it is let stand. Our choice: a body that tips over does so within a second."""
+"""Simulated time of the standing test [s]. Our choice: a body that tips over does so within a second."""
 
 
 class Standing(Artifact):
-    """Where a free robot stands."""
+    """Adjusted placement of a free robot, and the result of the standing test."""
 
     placement: Placement
-    """The given one, raised or lowered."""
+    """The given placement, raised or lowered."""
     raised_m: float
-    """By how much, against gravity; negative where it was lowered."""
+    """Displacement against gravity [m]; negative if the robot was lowered."""
     found_ground: bool
-    """Whether there was a height at which it touches nothing and stands close over something."""
+    """Whether there is a height at which the robot overlaps nothing and is just above something."""
     tilt_deg: float = 0.0
-    """By how much the root has turned about level axes after it was let stand with nothing pulled."""
+    """Rotation of the root about horizontal axes during the standing test, in which no actuator pulls [deg]."""
     sinks_m: float = 0.0
-    """How far its centre of mass has come down meanwhile."""
+    """Distance by which the centre of mass moved down during the standing test [m]."""
     slides_m: float = 0.0
-    """How far it has moved sideways meanwhile."""
+    """Distance by which the centre of mass moved sideways during the standing test [m]."""
     note: str = ""
-    """In a sentence, for whoever places it."""
+    """The result in a sentence, for the author of the placement."""
 
 
 @isolated(limits=Limits(wall_s=120.0, cpu_s=120.0))
 def stand(robot: Robot, environment: str, placement: Placement, sensors: Sequence[TaskSensor] = ()) -> Standing:
-    """Return the placement of a free robot raised or lowered against gravity until it stands on what is below it.
+    """Return the placement of a free robot, raised or lowered against gravity until the robot stands on the ground.
 
-    It is raised out of what it overlaps with, else lowered until 0.5 mm above what it would touch. Then it is let
-    stand with nothing pulled.
+    A robot that overlaps something is raised until it is clear; any other robot is lowered until it is 0.5 mm above
+    what it would touch. A short simulation with neutral commands then tests how stably it stands.
 
     Args:
         robot: The robot alone.
         environment: MJCF of the environment.
-        placement: Where and how it is placed; its base is free.
-        sensors: What the task measures.
+        placement: Placement of the robot; its base is free.
+        sensors: Sensors with which the task measures the robot.
 
     Raises:
-        UserError: The placement holds its base.
+        UserError: The base of the placement is fixed.
         MjcfError: The robot, the environment or the scene of both cannot be loaded.
-        IsolationError: It took too long.
+        IsolationError: The calculation exceeded its limits of time or memory.
     """
     if placement.base != "free":
         raise UserError('only a free robot stands by itself; place it with base "free"')
@@ -117,12 +118,12 @@ def _note(raised_m: float, at_m: Vec3, tilt_deg: float, sinks_m: float, slides_m
 
 
 class _Heights:
-    """A robot that can be put at any height over its placement.
+    """Search for the height of a free robot in a scene, relative to its placement.
 
     Args:
-        model: The scene.
-        bodies: Of the robot.
-        root: Its free root.
+        model: Compiled scene.
+        bodies: Ids of the robot's bodies.
+        root: Id of its free root.
         up: Unit vector against gravity, (3,).
     """
 
@@ -145,7 +146,7 @@ class _Heights:
         mujoco.mj_kinematics(self._model, self._data)
 
     def gap_m(self, height_m: float) -> float:
-        """Return the least distance to the environment at a height, negative where they overlap [m]."""
+        """Return the smallest distance between robot and environment at a height [m]; negative if they overlap."""
         self._put(height_m)
         return min(
             (geom_distance_m(self._model, self._data, one, other, _FARTHEST_M) for one, other in self._pairs),
@@ -153,7 +154,7 @@ class _Heights:
         )
 
     def overlap(self) -> str:
-        """Return what the robot overlaps with most as it is placed, "" where there is nothing."""
+        """Return the name of what the robot overlaps most at height 0, and the depth; "" if it overlaps nothing."""
         self._put(0.0)
         gaps = [
             (geom_distance_m(self._model, self._data, one, other, _FARTHEST_M), other) for one, other in self._pairs
@@ -163,7 +164,7 @@ class _Heights:
         return f"{name} by {-1000 * gap_m:.0f} mm" if gap_m < 0 else ""
 
     def find(self) -> float | None:
-        """Return how much to raise the robot, negative to lower it; None where no height was found."""
+        """Return how far to raise the robot [m], negative to lower it; None if no height was found."""
         step = _STEP_M if self.gap_m(0.0) < _GAP_M else -_STEP_M
         height_m = 0.0
         while abs(height_m) < _FARTHEST_M:
@@ -174,7 +175,7 @@ class _Heights:
         return None
 
     def _between(self, first_m: float, second_m: float) -> float:
-        """Return the lowest height between two of which the higher one is clear."""
+        """Return the lowest clear height between two heights [m]; the higher one of them is clear."""
         low, high = min(first_m, second_m), max(first_m, second_m)
         for _ in range(_BISECTIONS):
             middle = (low + high) / 2
@@ -182,7 +183,7 @@ class _Heights:
         return round(high, 6)
 
     def rest(self, height_m: float) -> tuple[float, float, float]:
-        """Let it stand with nothing pulled; return its tilt [deg], how far it sinks and how far it slides [m]."""
+        """Simulate the robot from a height with neutral commands; return its tilt [deg], sinking and sliding [m]."""
         model, data = self._model, self._data
         mujoco.mj_resetData(model, data)
         data.qpos[self._at : self._at + 3] += height_m * self._up

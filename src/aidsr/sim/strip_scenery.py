@@ -1,6 +1,6 @@
-"""Removal of what a robot's file holds beside the robot: floor, lights, sky, and compiler settings for masses.
+"""Removal of scenery from a robot's file: floor, lights, sky, and compiler settings for masses.
 
-A robot written to be looked at alone comes with a floor, lights and a sky. In a scene these belong to the environment.
+The MJCF of a robot alone often has a floor, lights and a sky. In a scene these belong to the environment.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from aidsr.mjcf.compile import warnings_as_notes
 _FLOOR_SHAPES = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
 _FLOOR_WORDS = ("floor", "ground")
 _FLOOR_HALF_SIZE_M = 0.5
-"""A box this wide both ways is ground, not a base plate. Our choice: robots of the benchmark are at most 0.6 m long."""
+"""Half size of a box in two directions from which it is a floor and not a base plate. Our choice: robots of the
+benchmark are at most 0.6 m long."""
 
 
 _OBJ, _TRN, _EQ = mujoco.mjtObj, mujoco.mjtTrn, mujoco.mjtEq
@@ -33,7 +34,7 @@ _FINDERS = {
     int(_OBJ.mjOBJ_MATERIAL): "material",
     int(_OBJ.mjOBJ_LIGHT): "light",
 }
-"""What `MjSpec` calls the look-up of each kind of element that can be deleted here."""
+"""Name of the `MjSpec` method that looks up an element of each kind."""
 _TARGETS = {
     _TRN.mjTRN_JOINT: _OBJ.mjOBJ_JOINT,
     _TRN.mjTRN_JOINTINPARENT: _OBJ.mjOBJ_JOINT,
@@ -43,7 +44,7 @@ _TARGETS = {
     _TRN.mjTRN_BODY: _OBJ.mjOBJ_BODY,
 }
 _KINDS = {_EQ.mjEQ_JOINT: _OBJ.mjOBJ_JOINT, _EQ.mjEQ_TENDON: _OBJ.mjOBJ_TENDON}
-"""What equalities are between that do not say it themselves."""
+"""Kinds of the elements that equality constraints connect, for those whose `objtype` does not say it."""
 
 
 def is_free(body: Any) -> bool:
@@ -52,13 +53,13 @@ def is_free(body: Any) -> bool:
 
 
 def strip_scenery(spec: mujoco.MjSpec) -> list[str]:
-    """Delete what is not the robot, in place, with all that refers to it.
+    """Delete scenery and everything that refers to it, in place.
 
-    Floors, lights, keyframes, sky and cameras outside the robot go always. Other things fixed to the world are the base
-    of a robot that is itself fixed, and scenery beside one that is free.
+    Floors, lights, keyframes, sky and cameras outside the robot are always deleted. Other elements that are fixed to
+    the world are the base of a fixed robot and are kept; beside a free robot they are scenery and are deleted.
 
     Returns:
-        One sentence for each kind of thing deleted.
+        One sentence for each kind of deleted element.
     """
     notes: list[str] = []
     world = spec.worldbody
@@ -88,13 +89,14 @@ def strip_scenery(spec: mujoco.MjSpec) -> list[str]:
 
 
 def delete_dangling_references(spec: mujoco.MjSpec, *, scenery_gone: bool = False) -> list[str]:
-    """Delete what refers to something that has been deleted, in place, and return a sentence for each kind.
+    """Delete elements that refer to a deleted element, in place, and return one sentence for each kind.
 
-    Left alone, a reference such as that to a "floor" would be taken in a scene for one to the environment's floor.
+    Otherwise a reference to a deleted "floor", for example, would refer to the environment's floor in a scene.
 
     Args:
         spec: The robot.
-        scenery_gone: Whether the world that its file excludes contacts with has lost the shapes that were meant.
+        scenery_gone: Whether contact exclusions with the world are deleted too, because the geoms of the world that
+            they referred to have been deleted.
     """
     notes: list[str] = []
     _delete(spec, [t for t in spec.tendons if any(_is_cut(wrap) for wrap in t.path)], "tendon", notes)
@@ -121,7 +123,7 @@ def delete_dangling_references(spec: mujoco.MjSpec, *, scenery_gone: bool = Fals
 
 
 def _holds_to_world(equality: Any) -> bool:
-    """Return whether an equality pins a body to the world, which in a scene is what the mount does or nothing does."""
+    """Return whether an equality constraint connects a body to the world; in a scene only the mount may do that."""
     bodies = equality.objtype == mujoco.mjtObj.mjOBJ_BODY
     return bodies and bool({equality.name1, equality.name2} & {"", "world"})
 
@@ -131,7 +133,7 @@ def _is_cut(wrap: Any) -> bool:
 
 
 def _exists(spec: mujoco.MjSpec, kind: Any, name: str) -> bool:
-    """Return whether there is an element of this kind and name; where nothing is referred to, nothing is missing."""
+    """Return whether there is an element of this kind and name; true as well for an empty name or an unknown kind."""
     if not name or kind is None or int(kind) not in _FINDERS:
         return True
     return getattr(spec, _FINDERS[int(kind)])(name) is not None
@@ -162,9 +164,9 @@ def _used_materials(spec: mujoco.MjSpec) -> set[str]:
 
 
 def write_out_inertias(spec: mujoco.MjSpec) -> None:
-    """Write masses and inertias out where compiler settings decide them: settings cannot differ within one scene.
+    """Replace compiler settings that determine masses and inertias by explicit values, in place.
 
-    Changes the specification in place.
+    All parts of a scene share one set of compiler settings.
     """
     compiler = spec.compiler
     settings = (compiler.settotalmass > 0, compiler.boundmass, compiler.boundinertia, compiler.balanceinertia)

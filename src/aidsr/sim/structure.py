@@ -1,4 +1,4 @@
-"""A compiled model as a tendon-driven robot: chains, tendons, actuators and the characteristic length."""
+"""Structure of the robot in a compiled model: chains, tendons, actuators and the characteristic length."""
 
 from __future__ import annotations
 
@@ -29,18 +29,20 @@ _OF_SITES = int(mujoco.mjtObj.mjOBJ_SITE)
 _TENDON_TRANSMISSION = int(mujoco.mjtTrn.mjTRN_TENDON)
 
 _SAME_POINT = 1e-3
-"""Joints nearer than this share of L turn about one point: a universal joint written as two hinges. Our choice: a
-hundredth of a segment of a ten-segment limb."""
+"""Distance / L below which two joints turn about the same point, like a universal joint made of two hinges. Our choice:
+a hundredth of a segment of a ten-segment limb."""
 
 
 @dataclass(frozen=True)
 class Chain:
     """Hinge and ball joints in series, without a branch between them.
 
+    A turning point is the position of a joint, or of several joints that turn about the same point.
+
     Attributes:
         bodies: Body ids from the root outwards, one per turning point (the last body of a universal joint).
         joints: Ids of the hinge and ball joints, in the same order.
-        anchors_m: The turning points in the reference pose, (n_bodies, 3) [m].
+        anchors_m: Turning points in the reference pose, (n_bodies, 3) [m].
     """
 
     bodies: tuple[int, ...]
@@ -49,7 +51,7 @@ class Chain:
 
     @property
     def spacing_m(self) -> float:
-        """Median distance between turning points [m], the length of a segment; 0 with a single one."""
+        """Median distance between neighbouring turning points [m], the length of a segment; 0 for a single point."""
         if len(self.bodies) < 2:
             return 0.0
         return float(np.median(np.linalg.norm(np.diff(self.anchors_m, axis=0), axis=1)))
@@ -57,15 +59,15 @@ class Chain:
 
 @dataclass(frozen=True)
 class Tendon:
-    """A tendon of the robot and what it runs along.
+    """A tendon of the robot and its path.
 
     Attributes:
         id: Tendon id.
-        spatial: False for a fixed tendon, which is a weighted sum of joint positions and has no path.
+        spatial: Whether it has a path; a fixed tendon is a weighted sum of joint positions and has none.
         sites: Ids of its sites in order; empty for a fixed tendon.
-        bodies: Ids of the bodies it touches in order, neighbours differing.
-        spans: How many parts that can move against each other it touches; for a fixed tendon, its joints + 1.
-        actuators: Ids of the actuators that pull on it.
+        bodies: Ids of the bodies along it in order, without immediate repetitions.
+        spans: Number of parts along it that can move relative to each other; for a fixed tendon, number of joints + 1.
+        actuators: Ids of the actuators that act on it.
     """
 
     id: int
@@ -78,25 +80,25 @@ class Tendon:
 
 @dataclass(frozen=True)
 class Structure:
-    """The robot's part of a compiled model. Everything is an id of the model it was read from.
+    """The robot in a compiled model. Elements are given by their ids in that model.
 
     Attributes:
         is_scene: Whether the model is a robot placed in an environment.
         bodies: All bodies of the robot, parents first.
-        roots: Those whose parent does not belong to the robot.
+        roots: Bodies whose parent does not belong to the robot.
         free_roots: Roots with a free joint.
-        moving: Bodies that can move against the root they hang from, and free roots.
-        joints, geoms, sites: All of those bodies.
+        moving: Bodies with a joint, or with an ancestor in the robot that has one.
+        joints, geoms, sites: All joints, geoms and sites of the robot's bodies.
         chains: Series of hinge and ball joints, longest first.
-        longest_series: Turning points between a root and a leaf, at most, branches passed through.
+        longest_series: Largest number of turning points between a root and a leaf; the path may pass through branches.
         tendons: Tendons of the robot.
         actuators: Actuators of the robot.
-        tendon_actuators: Those that pull on a tendon.
+        tendon_actuators: Actuators of the robot that act on a tendon.
         sensors: Sensors of the robot.
-        characteristic_length_m: L, the length that every rule and task divides by [m].
+        characteristic_length_m: Characteristic length L, with which rules and tasks normalize lengths [m].
         mass_kg: Mass of the moving bodies [kg].
-        opposite_pairs: Actuators whose tendons pull the same joints in opposite directions.
-        symmetric_groups: Actuators that do the same in limbs of the same build, two or more in a group.
+        opposite_pairs: Pairs of actuators whose tendons pull the same joints in opposite directions.
+        symmetric_groups: Groups of two or more actuators that have the same effect in different limbs of equal build.
     """
 
     is_scene: bool
@@ -120,13 +122,13 @@ class Structure:
 
     @property
     def marks(self) -> tuple[int, ...]:
-        """Sites that no tendon runs through: tips and other points named for a purpose."""
+        """Sites that no tendon runs through, such as tips and other named points."""
         routing = {site for tendon in self.tendons for site in tendon.sites}
         return tuple(site for site in self.sites if site not in routing)
 
 
 def name_of(model: mujoco.MjModel, kind: mujoco.mjtObj, index: int) -> str:
-    """Return the name of an element, or its kind and number where it has none."""
+    """Return the name of an element, or its kind and id if it has none."""
     name: str = mujoco.mj_id2name(model, kind, index) or ""
     return name or f"{kind.name.removeprefix('mjOBJ_').lower()} {index}"
 
@@ -137,7 +139,7 @@ def names_of(model: mujoco.MjModel, kind: mujoco.mjtObj, indices: tuple[int, ...
 
 
 def read_structure(model: mujoco.MjModel) -> Structure:
-    """Return the structure of the robot in a compiled model, seen in its reference pose."""
+    """Return the structure of the robot in a compiled model, in its reference pose."""
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     ours = read_ownership(model)
@@ -172,13 +174,13 @@ def read_structure(model: mujoco.MjModel) -> Structure:
 
 
 def joined_bodies(model: mujoco.MjModel) -> set[frozenset[int]]:
-    """Return the pairs of bodies that an active equality constraint joins at a point, named by bodies or by sites."""
+    """Return the pairs of bodies that an active connect or weld constraint joins, whether given by bodies or sites."""
     joining = np.flatnonzero(np.isin(model.eq_type, _JOINING) & (model.eq_active0 != 0))
     return {frozenset(equality_bodies(model, equality)) for equality in joining.tolist()}
 
 
 def equality_bodies(model: mujoco.MjModel, equality: int) -> tuple[int, ...]:
-    """Return the bodies that an equality constraint is between; none where it is between other things than bodies."""
+    """Return the two bodies that a connect or weld constraint joins; empty for other equality constraints."""
     if int(model.eq_type[equality]) not in _JOINING:
         return ()
     ends = (int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality]))
@@ -221,7 +223,7 @@ def _read_tendon(model: mujoco.MjModel, index: int, actuators: tuple[int, ...]) 
 def _read_chains(
     model: mujoco.MjModel, data: mujoco.MjData, moving: tuple[int, ...], length_m: float
 ) -> tuple[tuple[Chain, ...], int]:
-    """Chains, longest first, and the largest number of turning points between a root and a leaf."""
+    """Return the chains, longest first, and the largest number of turning points between a root and a leaf."""
     turning = [body for body in moving if any(kind in _TURNING for kind in _joint_types(model, body))]
     before = {body: _turning_parent(model, body, turning) for body in turning}
     after = {body: [child for child in turning if before[child] == body] for body in turning}
@@ -238,7 +240,7 @@ def _read_chains(
 
 
 def _turning_parent(model: mujoco.MjModel, body: int, turning: list[int]) -> int:
-    """Nearest body towards the root that turns; 0 where there is none."""
+    """Return the nearest ancestor among the bodies in `turning`; 0 if there is none."""
     parent = int(model.body_parentid[body])
     while parent and parent not in turning:
         parent = int(model.body_parentid[parent])

@@ -1,7 +1,8 @@
-"""What a task measures about a robot it has never seen: named sensors that scene assembly adds.
+"""Sensors with which a task measures a robot whose parts it does not know; scene assembly adds them.
 
-What concerns the environment alone is a sensor written in the environment's own MJCF. What involves the robot cannot be
-written there, because its parts are unknown; a task asks for it with a `TaskSensor` and reads it by that name.
+A sensor of the environment alone is part of the environment's own MJCF. A sensor that involves the robot cannot be
+written there, because the parts of the robot are unknown. A task requests it with a `TaskSensor` and reads it by its
+name.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ Quantity = Literal[
 Part = Literal["functional_part", "robot"]
 
 CONTACT_SLOT_WIDTH = 10
-"""Numbers in one slot of a "contacts" sensor: found 1, force 3 [N], position 3 [m], normal 3."""
+"""Numbers in one slot of a "contacts" sensor: found (1), force (3) [N], position (3) [m], normal (3)."""
 
 _SENS = mujoco.mjtSensor
 _OF_THE_ROBOT = {
@@ -51,7 +52,7 @@ _OF_THE_SITE = {
 }
 _BODY, _SITE = mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_SITE
 _FRAME = mujoco.mjtObj.mjOBJ_XBODY
-"""The frame of a body rather than of its inertia; as the object of a contact sensor, a body with all it carries."""
+"""Object type of a body's own frame, not of its inertial frame; in a contact sensor, a body with its whole subtree."""
 _FOUND, _FORCE, _POSITION, _NORMAL = (
     1 << int(field)
     for field in (
@@ -66,18 +67,18 @@ _CONTACT_DATA = {
     "contact_force": (_FORCE, _NET_FORCE),
     "contacts": (_FOUND | _FORCE | _POSITION | _NORMAL, _MAX_FORCE),
 }
-"""Fields and reduction as mjsSensor.intprm has them. Source: MuJoCo, sensor/contact: reduce none, mindist, maxforce,
-netforce are 0 to 3."""
+"""Data fields and reduction mode in the form of mjsSensor.intprm. Source: MuJoCo, sensor/contact: the modes none,
+mindist, maxforce and netforce are 0 to 3."""
 _UNSET = {"reftype": mujoco.mjtObj.mjOBJ_UNKNOWN, "refname": "", "cutoff": 0.0, "intprm": (0, 0, 0)}
-"""Attributes of a sensor of which only type and object are given."""
+"""Values of the other attributes of a sensor for which only type and object are given."""
 _OF_THE_ENVIRONMENT = frozenset({"target_position", "target_center_of_mass", "target_velocity", "joint_position"})
 _NEEDS_TARGET = _OF_THE_ENVIRONMENT | {"contact_force", "contacts", "distance"}
 
 
 class TaskSensor(Artifact):
-    """One sensor of the scene that involves the robot.
+    """One sensor in a scene that involves the robot.
 
-    The point measured is the functional part's site; where the functional part is a body, that is its distal tip.
+    The measured point is the site of the functional part; if the functional part is a body, this is its distal tip.
 
     | quantity                | size       | unit  | measured                                                         |
     |-------------------------|------------|-------|------------------------------------------------------------------|
@@ -95,27 +96,30 @@ class TaskSensor(Artifact):
     | target_velocity         | 3          | m/s   | its velocity, world axes                                         |
     | joint_position          | 1          | rad, m| the hinge or slide `target` of the environment                   |
 
-    A squeeze from two sides cancels in "contact_force"; "contacts" keeps the sides apart. Each of its slots is found
-    (how many contacts match, 0 for an empty slot), force in the contact's own axes (normal first, never negative),
-    position and normal (from the robot into the target) in world axes; the strongest comes first.
+    In "contact_force", forces from two opposite sides cancel; "contacts" reports the sides separately. Each of its
+    slots holds: found (number of matching contacts, 0 for an empty slot), force in the contact's frame (normal force
+    first, never negative), position and normal in world axes (the normal points from the robot into the target). The
+    strongest contact comes first.
 
     Source: MuJoCo XML reference, sensors framepos, framequat, framelinvel, frameangvel, subtreecom, subtreelinvel,
     jointpos, contact (netforce, maxforce) and distance.
     """
 
     name: Annotated[str, Field(min_length=1, pattern=r"^[^/]*$")]
-    """Name of the sensor in the scene, as given here; it must differ from the environment's own sensors."""
+    """Name of the sensor in the scene; it must differ from the names of the environment's own sensors."""
     quantity: Quantity
+    """Measured quantity, see the table above."""
     target: str = ""
-    """Body of the environment (of "world": its own geoms), or for positions and velocities also a site; or a joint."""
+    """Name of a body of the environment, or of a site if `may_target_site`, or of a joint for "joint_position". For
+    contacts and distances, "world" stands for the world's own geoms."""
     of_body: bool = False
-    """Whether `target` is a body even where a site has that name; otherwise a site of that name is preferred."""
+    """Whether `target` is a body even if there is also a site of that name; otherwise the site is preferred."""
     part: Part = "robot"
-    """For contacts: any part of the robot, or the functional part's body with everything it carries."""
+    """For contacts: the whole robot, or the functional part's body with its subtree."""
     slots: Annotated[int, Field(ge=1, le=64)] = 1
-    """For "contacts": how many are reported."""
+    """For "contacts": number of reported contacts."""
     max_distance_m: Annotated[float, Field(gt=0)] = 1.0
-    """For "distance": a larger gap reads as this one [m]. MuJoCo looks no further than it."""
+    """For "distance": largest measured gap [m]; a larger gap is reported as this value."""
 
     @model_validator(mode="after")
     def _check_target(self) -> Self:
@@ -127,17 +131,17 @@ class TaskSensor(Artifact):
 
     @property
     def needs_functional_part(self) -> bool:
-        """Whether it cannot be read off a robot without a functional part."""
+        """Whether the robot must have a functional part for this sensor."""
         return self.quantity in _OF_THE_SITE or self.quantity == "distance" or self.part == "functional_part"
 
     @property
     def may_target_site(self) -> bool:
-        """Whether its target may be a site as well as a body."""
+        """Whether its target may be a site."""
         return (self.quantity in _OF_THE_SITE or self.quantity == "target_position") and not self.of_body
 
     @property
     def size(self) -> int:
-        """How many numbers the sensor gives."""
+        """Number of values that the sensor returns."""
         if self.quantity == "contacts":
             return self.slots * CONTACT_SLOT_WIDTH
         return {"quaternion": 4, "distance": 1, "joint_position": 1}.get(self.quantity, 3)
@@ -146,14 +150,14 @@ class TaskSensor(Artifact):
 def add_task_sensors(
     scene: mujoco.MjSpec, sensors: Sequence[TaskSensor], *, site: str, part_body: str, root: str
 ) -> None:
-    """Add a task's sensors to a scene, in place, after those it has.
+    """Add a task's sensors to a scene, in place, after its existing sensors.
 
     Args:
         scene: Environment and robot.
-        sensors: What the task asks for.
-        site: Site at the functional part's working point.
-        part_body: Body the functional part belongs to.
-        root: Body that carries the whole robot.
+        sensors: Sensors that the task requests.
+        site: Name of the site at the functional part's working point.
+        part_body: Name of the body that the functional part belongs to.
+        root: Name of the body that carries the whole robot.
     """
     for sensor in sensors:
         at_site = sensor.may_target_site and bool(scene.site(sensor.target))
@@ -161,7 +165,10 @@ def add_task_sensors(
 
 
 def measured_parts(model: mujoco.MjModel) -> dict[str, str]:
-    """Return what `add_task_sensors` takes of an assembled scene's robot, by argument; "" where there is none."""
+    """Return the names of the robot's parts in an assembled scene, as keyword arguments of `add_task_sensors`.
+
+    A name is "" if the scene has no such part.
+    """
     roots, site = read_structure(model).roots, mujoco.mj_name2id(model, _SITE, FUNCTIONAL_SITE)
     return {
         "site": FUNCTIONAL_SITE,
@@ -171,21 +178,21 @@ def measured_parts(model: mujoco.MjModel) -> dict[str, str]:
 
 
 def check_task_sensors(model: mujoco.MjModel, sensors: Sequence[TaskSensor]) -> None:
-    """Refuse a scene in which a sensor has the name of one of a task's and measures something else.
+    """Check that the sensors of a scene with the names of a task's sensors measure what the task requests.
 
     Args:
-        model: The scene, with a sensor of each name.
-        sensors: What the task asks for.
+        model: Compiled scene, with a sensor of each name.
+        sensors: Sensors that the task requests.
 
     Raises:
-        MjcfError: One does.
+        MjcfError: A sensor with one of these names measures something else.
     """
     parts, sites = measured_parts(model), {model.site(i).name for i in range(model.nsite)}
     faults = []
     for sensor in sensors:
         wanted = _UNSET | _attributes(sensor, sensor.may_target_site and sensor.target in sites, **parts)
         there = _compiled_attributes(model, model.sensor(sensor.name).id)
-        # a scene's text has six digits
+        # MJCF is written with six digits
         if not math.isclose(wanted.pop("cutoff"), there.pop("cutoff"), rel_tol=1e-5) or wanted != there:
             faults.append(_foreign(sensor))
     if faults:
@@ -206,7 +213,7 @@ def _foreign(sensor: TaskSensor) -> Fault:
 
 
 def _attributes(sensor: TaskSensor, at_site: bool, site: str, part_body: str, root: str) -> dict[str, Any]:
-    """Return a sensor as attributes of mjsSensor."""
+    """Return the attributes of mjsSensor for a task's sensor; `at_site` says whether its target is a site."""
     if sensor.quantity in _OF_THE_ROBOT:
         return {"type": _OF_THE_ROBOT[sensor.quantity], "objtype": _BODY, "objname": root}
     if sensor.quantity in _OF_THE_SITE:
@@ -232,7 +239,7 @@ def _attributes(sensor: TaskSensor, at_site: bool, site: str, part_body: str, ro
 
 
 def _compiled_attributes(model: mujoco.MjModel, index: int) -> dict[str, Any]:
-    """Return a compiled sensor in the form of `_attributes`."""
+    """Return the attributes of a compiled sensor in the form of `_attributes`."""
     read: dict[str, Any] = {
         "type": mujoco.mjtSensor(int(model.sensor_type[index])),
         "cutoff": float(model.sensor_cutoff[index]),

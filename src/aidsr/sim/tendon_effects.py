@@ -1,4 +1,4 @@
-"""Forces of tendons on joints: which actuators are antagonists, and which do the same in different limbs."""
+"""Forces of tendons on joints: antagonistic actuators, and actuators with the same effect in different limbs."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 Vector = NDArray[np.float64]
 
 _OPPOSITE_COSINE = -0.9
-"""Pulls in joint space whose cosine is below this are antagonists. Our choice: 26 deg around opposite, far from the
-cosine of -0.5 between three tendons around a limb."""
+"""Largest cosine between the pulls of two antagonists in joint space. Our choice: within 26 deg of opposite directions,
+far from the cosine of -0.5 between three tendons around a limb."""
 
 _SAME_PULL = 0.05
-"""Pulls in joint space that differ by less than this share are the same motion of two limbs. Our choice: well above
-rounding in written coordinates, well below the difference between neighbouring tendons."""
+"""Largest relative difference between pulls that have the same effect in two limbs. Our choice: well above rounding of
+coordinates, well below the difference between neighbouring tendons."""
 
 
 def unit_pull(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> Vector:
-    """Return the generalized force of a unit pull on a tendon, (nv,): minus the gradient of its length."""
+    """Return the generalized force of a unit pull on a tendon, (nv,): the negative gradient of its length."""
     pull = np.zeros(model.nv)
     first, count = int(model.ten_J_rowadr[tendon]), int(model.ten_J_rownnz[tendon])
     columns = model.ten_J_colind[first : first + count]
@@ -40,11 +40,11 @@ def opposite_pairs(pulls: Mapping[int, Vector]) -> tuple[tuple[int, int], ...]:
 
 
 def symmetric_groups(limb_dofs: Sequence[Sequence[int]], pulls: Mapping[int, Vector]) -> tuple[tuple[int, ...], ...]:
-    """Return actuators whose pull, written in the joints of the limb they act on, is the same in several limbs.
+    """Return groups of actuators that have the same pull on the joints of their own limb, each in a different limb.
 
     Args:
         limb_dofs: Degrees of freedom of each limb, from its root outwards.
-        pulls: Pull of each actuator, (nv,).
+        pulls: Generalized force of a unit pull of each actuator, (nv,).
     """
     groups: list[tuple[int, Vector, list[int], set[int]]] = []
     for actuator, pull in pulls.items():

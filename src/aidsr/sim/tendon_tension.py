@@ -1,4 +1,4 @@
-"""How hard tendons are pulled."""
+"""Tension of tendons."""
 
 from __future__ import annotations
 
@@ -12,10 +12,15 @@ _BY_TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
 
 
 def tensions_n(model: mujoco.MjModel, ten_length: Array, actuator_force: Array) -> Array:
-    """Return how hard each tendon is pulled by its actuators and its own spring, (ntendon,) [N]; negative pushes.
+    """Return the tension of each tendon from its actuators and its own spring, (ntendon,) [N]; negative if it pushes.
+
+    Args:
+        model: Compiled model.
+        ten_length: Length of each tendon, (ntendon,) [m].
+        actuator_force: Force of each actuator output, as in MjData, (nout,) [N].
 
     Source: MuJoCo documentation, Computation, "Actuation model" and "Passive forces"; only the linear part of a spring
-    is counted, which is the one that tendons are given.
+    is included, since the tendons here have no other.
     """
     spring = np.asarray(model.tendon_lengthspring)
     stretched = np.maximum(ten_length - spring[:, 1], 0.0) + np.minimum(ten_length - spring[:, 0], 0.0)

@@ -1,11 +1,11 @@
-"""The paper's tables from one command: studies of many runs, done in any order, on one machine or several.
+"""Studies: experiments of many runs that reproduce the paper's tables with one command, on one or several machines.
 
-study       what is asked: tasks, arms, designs, seeds, steps; a folder with a frozen study.toml
-jobs        what is to be done next, read off the folder; each job can be repeated without harm
-spending    what a study may use of language models, shared among its jobs
-pool        jobs in child processes of this machine
-cluster     the same jobs on a Ray cluster
-outcomes    what came out, one raw row a design
-statistics  rates, intervals, differences
+study       plan of a study (tasks, arms, designs, seeds, steps), frozen in the study.toml of its folder
+jobs        pending jobs, derived from the contents of the folder; every job can safely be repeated
+budget      limit on cost and tokens of language models, shared among the jobs
+pool        execution of jobs in child processes on this machine
+cluster     execution of jobs on a Ray cluster
+outcomes    results, one row for each design
+statistics  means, intervals, differences
 report      tables, curves and pictures on one page
 """

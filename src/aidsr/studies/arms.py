@@ -1,4 +1,4 @@
-"""The arms of a study by name: each is a configuration of switches that exist anyway, and none has code of its own."""
+"""Named arms of a study. Each arm is only a configuration of existing settings; none has code of its own."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from aidsr.tasks import load_task, task_names
 
 _WITH_A_PERSON = ("human", "human_only")
 _SAME_DESIGNS = ("human", "no_groups", "from_probe")
-"""They continue the designs of the full method."""
+"""Methods that continue the designs of the full method."""
 _CONFIG: dict[StudyMethod, dict[str, Any]] = {
     "human_only": {"method": "no_feedback", "iterations": 0},
     "no_repairs": {"repairs": False},
@@ -28,7 +28,8 @@ _CONFIG: dict[StudyMethod, dict[str, Any]] = {
 
 
 Baseline = Literal["reference", "search"]
-"""Robots designed by hand, one a task; and CMA-ES over the numbers of a built-in family (`aidsr.teams.baselines`)."""
+"""Baseline arms: robots designed by hand, one for each task, and CMA-ES over the parameters of a built-in family
+(`aidsr.teams.baselines`)."""
 
 
 _BASELINES: dict[Baseline, Arm] = {
@@ -65,23 +66,23 @@ def make_plan(
     """Return the plan of a study; see `StudyPlan` and `make_arms` for what the arguments mean.
 
     Args:
-        tasks: Their names, or only "all".
+        tasks: Names of the tasks, or only "all".
         models: See `make_arms`.
         ways: See `make_arms`.
-        level: Of the tasks.
-        feedback: File with what a person says to the designs of each task.
+        level: Level of the tasks.
+        feedback: File with a person's feedback on the designs of each task.
         baselines: See `make_arms`.
         search_robots: See `make_arms`.
-        designs: Of each task and arm, in runs of `concepts`.
-        concepts: Of each run.
-        seeds: Policies trained for each approved design.
-        steps: Control steps a policy.
-        probe: Whether each approved design is probed as well.
-        protocol: How policies are trained.
-        perturbed: Whether successful policies are also played in perturbed scenes.
+        designs: Number of designs of each task and arm, a multiple of `concepts`.
+        concepts: Number of concepts of each run.
+        seeds: Number of policies trained for each approved design.
+        steps: Training budget of each policy in control steps.
+        probe: Whether each approved design is also probed with open-loop motions.
+        protocol: Training protocol of the policies.
+        perturbed: Whether successful policies are also evaluated in perturbed scenes.
 
     Raises:
-        UserError: Something is not known or does not fit together.
+        UserError: A name is unknown, or the options are inconsistent.
     """
     if designs % concepts:
         whole = designs // concepts * concepts
@@ -119,18 +120,18 @@ def make_arms(
     baselines: Sequence[Baseline] = (),
     search_robots: int = _BASELINES["search"].config.search_robots,
 ) -> tuple[Arm, ...]:
-    """Return one arm for each model and way, with names that can be those of folders.
+    """Return one arm for each model and method, with names that are valid folder names.
 
     Args:
         models: Names of models.
-        ways: What of the method is left out or added.
-        concepts: Of each run.
+        ways: Variants of the method.
+        concepts: Number of concepts of each run.
         feedback: A person's feedback by task, for the methods that need it.
-        baselines: What they are measured against, an arm each.
-        search_robots: Robots that the search tries for each design, a multiple of eight.
+        baselines: Baselines, one arm each.
+        search_robots: Number of robots that the search tries for each design, a multiple of eight.
 
     Raises:
-        UserError: A way needs another one, or a person's words, that were not given.
+        UserError: A method needs another method, or a person's feedback, that was not given.
     """
     lacking = [way for way in ways if way in _SAME_DESIGNS]
     if lacking and "full" not in ways[: ways.index(lacking[0])]:
@@ -153,7 +154,7 @@ def _arm(model: str, way: StudyMethod, concepts: int, feedback: Mapping[str, str
         feedback=dict(feedback) if way in _WITH_A_PERSON else {},
         grouping="off" if way == "no_groups" else "auto",
         from_probe=way == "from_probe",
-        # the paper counts iterations, so nothing ends before they are used up
+        # the paper counts iterations, so a design must not end before they are used up
         config=RunConfig(model=model, concepts=concepts, early_stop=False).model_copy(update=changed),
     )
 
@@ -165,7 +166,7 @@ def read_feedback(path: Path, tasks: Sequence[str]) -> dict[str, str]:
     """Return a person's feedback on the designs of each task, from a TOML file with one text per task.
 
     Raises:
-        UserError: It cannot be read, or has no text for a task.
+        UserError: The file cannot be read, or has no text for a task.
     """
     try:
         found = parse_toml(read_text_file(path, max_bytes=_MAX_BYTES))

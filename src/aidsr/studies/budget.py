@@ -1,4 +1,7 @@
-"""What a whole study may use of language models. Jobs side by side set aside what each may spend, so none goes over."""
+"""Limits on the use of language models in a whole study.
+
+Each running job reserves a share of the limit, so that parallel jobs together never exceed it.
+"""
 
 from __future__ import annotations
 
@@ -20,20 +23,20 @@ _FILE = "budget.json"
 
 
 def read_budget(study: Study) -> Budget:
-    """Return what a study may use, all its runs together; without a limit unless one was given."""
+    """Return the limit for all runs of a study together; an empty one where none was set."""
     return JsonFile(study.path / _FILE, Budget).read() or Budget()
 
 
 def set_budget(study: Study, budget: Budget) -> None:
-    """Let a limit hold from now on, instead of an earlier one; it is no part of the frozen plan."""
+    """Write a limit that replaces an earlier one; it is not part of the frozen plan."""
     replace_file(study.path / _FILE, budget.model_dump_json(indent=2).encode() + b"\n")
 
 
 def check_budget(study: Study, budget: Budget) -> None:
-    """Refuse a limit that could not be kept.
+    """Refuse a limit that could not be enforced.
 
     Raises:
-        UserError: Money is limited and the price of a model is not known, or an arm's runs have limits of their own.
+        UserError: The cost is limited and the price of a model is unknown, or an arm has a limit of its own.
     """
     for arm in study.plan.arms:
         if not is_offline(arm.config.model):
@@ -44,20 +47,21 @@ def check_budget(study: Study, budget: Budget) -> None:
 
 @dataclass
 class _Account:
-    """One limit, in dollars or in tokens."""
+    """Account of one limit, in USD or in tokens."""
 
     limit: float
     published: float
-    """What a design takes, before a run of its arm was measured."""
+    """Assumed usage of a design while no run of its arm has been measured."""
     amount: Callable[[Usage, Arm], float]
+    """Conversion of the usage of calls to the unit of this limit."""
     used: dict[Cell, float] = field(default_factory=dict)
-    """By all calls of a run, those of the run that it continues included."""
+    """Usage of all calls of a run, including those of the run that it continues."""
     before: dict[Cell, float] = field(default_factory=dict)
-    """The part of that which the run that it continues has paid."""
+    """Usage of the run that a run continues, which is included in `used`."""
     aside: dict[Cell, float] = field(default_factory=dict)
-    """What running jobs may use in addition."""
+    """Share reserved for the running job of a run, in addition to `used`."""
     too_little: dict[str, float] = field(default_factory=dict)
-    """With what an arm could not make a call."""
+    """Largest share, by arm, that was too small for a single call."""
 
     @property
     def paid(self) -> float:
@@ -68,7 +72,16 @@ class _Account:
         return self.limit - self.paid - sum(self.aside.values())
 
     def share(self, cell: Cell, concepts: int, free: int) -> float:
-        """Return what a run may use now: an even part of what is left, but as much as a run takes; 0 for too little."""
+        """Return the share of the limit that a run may use now, 0 if too little is left.
+
+        It is an equal part of what is left for the jobs that can start now, but at least the expected usage of a run
+        and twice a share that was too small, and at most what is left.
+
+        Args:
+            cell: The run.
+            concepts: Number of concepts of the run.
+            free: Number of jobs that can be started now.
+        """
         too_little = self.too_little.get(cell.arm, 0.0)
         if self.left <= too_little:
             return 0.0
@@ -78,22 +91,22 @@ class _Account:
 
 
 class StudyBudget:
-    """What is left of a study's limit.
+    """Accounting of a study's limit.
 
-    A run that asks a language model is started with a share of what is left, and its calls keep to that as those of any
-    run keep to its budget. What it did not use goes back when its job ends; where its share was too small, it resumes
-    with a new one. So the limit is never passed, and a little of it may stay unspent.
+    A run that calls a language model is started with a share of what is left, which is enforced like the budget of any
+    run. The unused part is returned when its job ends; if the share was too small, the run resumes with a new one.
+    Therefore the limit is never exceeded, and a small part of it can remain unspent.
 
     Args:
-        study: Its runs so far count.
-        budget: The limit; only dollars and tokens of the whole are looked at.
+        study: The study; the usage of its runs so far counts.
+        budget: The limit; only its total cost and total tokens are used.
     """
 
     def __init__(self, study: Study, budget: Budget) -> None:
         self._study = study
         self._accounts: dict[Limit, _Account] = {}
         self.refusing: set[Limit] = set()
-        """Limits of which too little was left for a job; the runner clears it before it starts jobs."""
+        """Limits of which too little was left for a job; the runner clears the set before it starts jobs."""
         if budget.cost_usd is not None:
             self._accounts["cost_usd"] = _Account(budget.cost_usd, PAPER.cost_usd, _dollars)
         if budget.tokens is not None:
@@ -103,23 +116,23 @@ class StudyBudget:
 
     @property
     def paid_usd(self) -> float:
-        """What all runs have cost [USD]; only kept where money is limited."""
+        """Cost of all runs [USD]; only available if the cost is limited."""
         return self._accounts["cost_usd"].paid
 
     @property
     def tokens(self) -> int:
-        """What all runs have used, in and out; only kept where tokens are limited."""
+        """Input and output tokens of all runs; only available if tokens are limited."""
         return int(self._accounts["tokens"].paid)
 
     def begin(self, job: Job, free: int) -> Job | None:
-        """Return a job with what it may use, None while too little is left for it.
+        """Reserve a share of the limit and return the job with it, or None while too little is left.
 
         Args:
-            job: To be started.
-            free: How many jobs could be started now.
+            job: Job to start.
+            free: Number of jobs that can be started now.
         """
         arm = self._study.arm(job.cell.arm)
-        # an arm that continues another arm's designs calls no model, unless it has a person's feedback
+        # an arm that continues another arm's designs calls no model, except with a person's feedback
         if job.stage != "design" or is_offline(arm.config.model) or (arm.after and not arm.feedback):
             return job
         shares = {name: each.share(job.cell, arm.config.concepts, free) for name, each in self._accounts.items()}
@@ -134,11 +147,11 @@ class StudyBudget:
         return replace(job, most_usd=most.get("cost_usd"), most_tokens=None if tokens is None else int(tokens))
 
     def end(self, job: Job, *, short: Collection[Limit]) -> None:
-        """Take back what a job did not use.
+        """Return the unused part of an ended job's share to the limit.
 
         Args:
-            job: It ended, in whatever way.
-            short: Of which limits its share was too small for its next call.
+            job: Job that has ended, successfully or not.
+            short: Limits of which its share was too small for its next call.
         """
         before = {name: each.used.get(job.cell, 0.0) for name, each in self._accounts.items()}
         self._update_usage(job.cell)
@@ -148,7 +161,7 @@ class StudyBudget:
                 each.too_little[job.cell.arm] = max(share, each.too_little.get(job.cell.arm, 0.0))
 
     def _update_usage(self, cell: Cell) -> None:
-        """Read what a run has used; one that has not started takes over what the run before it has."""
+        """Read the usage of a run; a run that has not started has the usage of the run that it continues."""
         earlier = self._study.before(cell)
         for each in self._accounts.values():
             each.before[cell] = self._used(earlier, each) if earlier else 0.0
@@ -162,7 +175,11 @@ class StudyBudget:
 
 
 def _dollars(usage: Usage, arm: Arm) -> float:
-    """Return what calls cost [USD]."""
+    """Return the cost of calls [USD].
+
+    Raises:
+        UserError: The price of the model is unknown.
+    """
     if usage.cost_usd is None:
         raise UserError(f'the price of "{arm.config.model}" is unknown; limit tokens instead (--max-tokens)')
     return usage.cost_usd

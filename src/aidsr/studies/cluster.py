@@ -1,4 +1,4 @@
-"""Jobs on a Ray cluster. A run travels to a worker as bytes, and what a job made comes back so: no disk is shared."""
+"""Execution of jobs on a Ray cluster. Runs and results are sent as bytes, so no shared disk is needed."""
 
 from __future__ import annotations
 
@@ -18,10 +18,18 @@ from aidsr.studies.study import open_study
 
 
 def run_packed_job(packed: bytes, job: dict[str, object]) -> tuple[bytes, str, tuple[Limit, ...]]:
-    """Do a job on what was sent; return what it made, an error or nothing, and which limits refused.
+    """Run a job on packed files of a study, on a worker of the cluster.
 
-    Runs on a worker. What was done before a failure comes back as well, so that a retry resumes from there. Nothing
-    else does: other jobs have continued meanwhile.
+    Output written before a failure is returned too, so that a retry resumes from there. Only the job's own output is
+    returned, since other jobs have continued in the meantime.
+
+    Args:
+        packed: Files of the study that the job needs, from `pack`.
+        job: The job, as plain values.
+
+    Returns:
+        The packed output of the job, the error message ("" for success), and the limits of the study of which the
+        job's share was too small.
     """
     from aidsr.core.errors import AidsrError, BudgetError
     from aidsr.studies.jobs import run_job
@@ -39,7 +47,7 @@ def run_packed_job(packed: bytes, job: dict[str, object]) -> tuple[bytes, str, t
 
 
 def pack(study: Path, *paths: Path) -> bytes:
-    """Return files and folders of a study, those that exist."""
+    """Return files and folders of a study as a compressed archive; paths that do not exist are left out."""
     out = io.BytesIO()
     with tarfile.open(fileobj=out, mode="w:gz", compresslevel=1) as archive:
         for path in paths:
@@ -49,14 +57,16 @@ def pack(study: Path, *paths: Path) -> bytes:
 
 
 def unpack(packed: bytes, study: Path, instead_of: Path | None = None) -> None:
-    """Write files that were packed, in the order in which they were made; nothing outside the folder is touched.
+    """Write packed files in the order of their modification times; nothing outside the folder is touched.
 
-    Each takes its place in one step, so a driver that is killed meanwhile leaves what a job killed on the way would.
+    Each file is moved into place atomically, so if the driver is killed meanwhile, the folder is in a state that a
+    killed job could also have left.
 
     Args:
-        packed: By `pack`.
-        study: Folder of the study; those of its files that were packed are replaced.
-        instead_of: A folder of the study. What was not packed goes from it: a job may rename and remove its own.
+        packed: Archive from `pack`.
+        study: Folder of the study; files in it that are in the archive are replaced.
+        instead_of: Folder of the study in which files that are not in the archive are deleted, since a job may rename
+            and remove its own files; None deletes nothing.
     """
     study.mkdir(parents=True, exist_ok=True)
     with (
@@ -77,34 +87,34 @@ def unpack(packed: bytes, study: Path, instead_of: Path | None = None) -> None:
 
 
 class RayPool:
-    """A Ray cluster: as many jobs at a time as it has processors.
+    """Pool on a Ray cluster, with as many jobs at a time as the cluster has CPUs.
 
     Args:
         study: Folder of the study, on the driver's disk.
-        address: Of the cluster, "auto" for the one this machine belongs to, "local" for one of its own.
+        address: Address of the cluster; "auto" for the one this machine belongs to, "local" to start a new one here.
 
     Raises:
-        UserError: There is no cluster at that address.
+        UserError: No cluster answers at the address, or Ray does not start.
     """
 
     def __init__(self, study: Path, address: str) -> None:
         self._study = study
         self._began: dict[Any, tuple[Job, float]] = {}
         os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
-        # the default is 15; a job's limits are in wall time, and one that only gets what others leave runs out of it
+        # Ray's default niceness is 15; a job's limits are in wall time, and a low-priority job would exceed them
         os.environ.setdefault("RAY_worker_niceness", "0")
         import ray
 
         self._ray = ray
         try:
-            # the dashboard would open a port that asks for no password
+            # the dashboard would open a port without a password
             ray.init(
                 address=None if address == "local" else address,
                 include_dashboard=False if address == "local" else None,
                 log_to_driver=False,
                 logging_level=logging.WARNING,
             )
-        except Exception as error:  # Ray raises that itself where a node does not start in time
+        except Exception as error:  # Ray itself raises plain Exception where a node does not start in time
             reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
             raise UserError(
                 f"Ray does not start on this machine: {reason}"
@@ -112,16 +122,16 @@ class RayPool:
                 else f"no Ray cluster answers at {address}: {reason}; start one with: ray start --head"
             ) from None
         self._size = max(1, int(ray.cluster_resources().get("CPU", 1)))
-        # lost workers are retried by the driver of the study, which also counts the attempts
+        # the driver of the study retries jobs of lost workers, and counts the attempts
         self._perform = ray.remote(num_cpus=1, max_retries=0)(run_packed_job)
 
     @property
     def free(self) -> int:
-        """How many more jobs can be started now."""
+        """Number of jobs that can be started now."""
         return self._size - len(self._began)
 
     def begin(self, job: Job) -> None:
-        """Begin a job."""
+        """Start a job."""
         study = open_study(self._study)
         before = study.before(job.cell) if job.stage == "design" else None
         runs = [study.home(cell) for cell in (job.cell, before) if cell]
@@ -129,7 +139,7 @@ class RayPool:
         self._began[self._perform.remote(packed, job.as_dict())] = (job, time.monotonic())
 
     def wait(self) -> EndedJob:
-        """Return the next job that ends, its files brought back."""
+        """Wait for the next job that ends, unpack its output and return it."""
         (reference, *_), _ = self._ray.wait(list(self._began))
         job, began = self._began.pop(reference)
         short: tuple[Limit, ...] = ()
@@ -141,5 +151,5 @@ class RayPool:
         return EndedJob(job, error, time.monotonic() - began, short=short)
 
     def close(self) -> None:
-        """Leave the cluster; running jobs are dropped and can be started again."""
+        """Disconnect from the cluster; running jobs are dropped and can be started again."""
         self._ray.shutdown()

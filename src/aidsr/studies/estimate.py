@@ -1,4 +1,4 @@
-"""What a study will take, before it starts: jobs, hours, money and disk."""
+"""Estimate of the remaining effort of a study: jobs, core hours, cost, tokens and disk space."""
 
 from __future__ import annotations
 
@@ -17,46 +17,47 @@ from aidsr.teams.providers import is_offline
 from aidsr.teams.providers.offline import SEARCH
 
 _BUILTIN_S = 6.0
-"""A design of the built-in team [s]. Source: docs/studies.md, mean over tasks."""
+"""Duration of a design by the built-in team [s]. Source: docs/studies.md, mean over tasks."""
 _SEARCHED_ROBOT_S = 5.0
-"""Processor time of a robot of a search [s]: written, placed, validated, probed within 90,000 steps.
+"""CPU time of one robot of a search [s]: written, placed, validated, and probed within 90,000 steps.
 
 Source: `aidsr.teams.baselines.search.worth_of` for the rules' concept of seed 0 on the first ten of `aidsr tasks`,
 on one core of a Xeon at 2.5 GHz that others used too: 4.7 s on average, 1.0 to 11.4 s; rounded up."""
 _STEPS_PER_S: dict[Protocol, float] = {"paper": 300.0, "best": 150.0}
-"""Control steps of a single-threaded training. Source: docs/studies.md, 300,000 steps by "paper" in 1,000 s, mean over
-tasks; a step of "best" costs about twice as much, docs/learning.md."""
+"""Control steps per second of a single-threaded training, by protocol. Source: docs/studies.md, 300,000 steps by
+"paper" in 1,000 s, mean over tasks; a step of "best" costs about twice as much, docs/learning.md."""
 _JUDGING_S = 5 * 43.0
-"""The 100 held-out episodes of a policy. Source: 43 s for 20, docs/studies.md, and what 100 take, docs/learning.md."""
+"""Duration of the 100 held-out episodes of a policy [s]. Source: docs/studies.md, 43 s for 20 episodes, and
+docs/learning.md, duration of 100."""
 _PERTURBED = len(get_args(PerturbationKind))
-"""How often the held-out episodes of a successful policy are played again where its plan asks for perturbed scenes."""
+"""Number of repetitions of a successful policy's held-out episodes where the plan includes perturbed scenes."""
 _PROBE_S = 20.0
-"""Source: docs/learning.md."""
+"""Duration of a probe [s]. Source: docs/learning.md."""
 _DESIGN_MB, _TRAINING_MB = 1.0, 3.0
-"""Files of a design and of a training. Source: sizes of such folders, films included."""
+"""Size of the files of a design and of a training. Source: sizes of such folders, videos included."""
 
 
 class StudyEstimate(Artifact):
-    """What is still to be done and what it may take. Where the study has finished designs, theirs are the measure."""
+    """Remaining jobs of a study and their estimated effort, based on its finished designs where it has some."""
 
     jobs: dict[str, int]
-    """Jobs still to be done, by stage; designs that are still to be made are counted as if all were approved, and where
-    successful policies are to be played in perturbed scenes, as if all were successful."""
+    """Number of remaining jobs by stage, assuming that all future designs are approved and, where the plan includes
+    perturbed scenes, that all policies are successful."""
     core_hours: float
-    """Waiting for a language model takes no core and is not in it."""
+    """CPU time, without the time spent waiting for language models."""
     cost_usd: float
-    """With language models; where nothing was measured, the published figure for GPT-5 is taken."""
+    """Cost of language models; the published value for GPT-5 is used where nothing was measured."""
     tokens: int
-    """The same for tokens, in and out."""
+    """Input and output tokens of language models; the published value is used where nothing was measured."""
     disk_mb: float
     measured: bool
-    """Whether designs of this study were the measure."""
+    """Whether the estimate is based on finished designs of this study."""
     published_costs: bool
-    """Whether any of the cost is the published figure."""
+    """Whether the cost includes the published value."""
 
 
 def estimate_study(study: Study) -> StudyEstimate:
-    """Return what the rest of a study will take."""
+    """Return the estimated effort for the rest of a study."""
     rows, jobs, plan = read_outcomes(study), Counter[str](), study.plan
     hours, dollars, tokens, coming, published = 0.0, 0.0, 0.0, 0, False
     trained = _seconds_by_task(rows)
@@ -68,7 +69,7 @@ def estimate_study(study: Study) -> StudyEstimate:
             left["design"] = 1
             coming += concepts
             own = [row for row in rows if row.arm == cell.arm and row.outcome not in ("unfinished", "failed")]
-            # an arm that continues the designs of another arm makes none, unless it has a person's feedback
+            # an arm that continues another arm's designs makes no new ones, unless it has a person's feedback
             if not arm.after or arm.feedback:
                 hours += concepts * _seconds(own, arm.config) / 3600
                 dollars += concepts * _dollars(own, arm.config.model)
@@ -90,7 +91,7 @@ def estimate_study(study: Study) -> StudyEstimate:
 
 
 def _seconds_by_task(rows: Sequence[DesignRow]) -> dict[str, float]:
-    """Return how long a training took, means by task, and over all under no name."""
+    """Return the mean duration of a training by task, and over all tasks under the key "" [s]."""
     found: dict[str, list[float]] = {}
     for row in rows:
         if row.evaluations:
@@ -101,7 +102,7 @@ def _seconds_by_task(rows: Sequence[DesignRow]) -> dict[str, float]:
 
 
 def _seconds(own: Sequence[DesignRow], config: RunConfig) -> float:
-    """Return how long a design takes the machine; waiting for a language model takes no core."""
+    """Return the CPU time of a design, without the time spent waiting for a language model [s]."""
     if own and is_offline(config.model):
         return median(row.latency_s for row in own)
     return _BUILTIN_S + config.search_robots * _SEARCHED_ROBOT_S * (config.model == SEARCH.prefix)

@@ -1,4 +1,4 @@
-"""The first error in a file that a user may have edited, as a sentence."""
+"""Conversion of pydantic's validation errors into one sentence for users who edited a file."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from aidsr.core.formatting import excerpt
 
 
 def first_error(error: ValidationError) -> str:
-    """Return the first error: which key, what is wrong with it, what was found. Entries of lists count from 1."""
+    """Return the first error: the key, what is wrong with it, and the value found. List entries count from 1."""
     first = error.errors()[0]
     key = ""
     for part in first["loc"]:

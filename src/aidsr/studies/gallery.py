@@ -1,4 +1,4 @@
-"""The best robots of each task as strips of pictures: what their policies do, or how they move where there are none."""
+"""Gallery of the best robots of each task, as film strips of their policies, or of their motion if not trained."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from aidsr.studies.outcomes import DesignRow
 from aidsr.studies.study import Study
 
 _CARDS = 3
-"""Designs of a task, the best ones. Our choice: a page that can still be sent by mail."""
+"""Number of designs shown for each task. Our choice: keeps the page small enough for email."""
 _MOMENTS, _MOMENT_PX = 4, 220
-"""Pictures in a strip, and the width of each."""
+"""Number of pictures in a strip, and width of each [px]."""
 
 
 @dataclass(frozen=True)
@@ -25,16 +25,16 @@ class Card:
     """One robot of the gallery."""
 
     url: str
-    """Data URL of its strip."""
+    """Data URL of its film strip."""
     task: str
     what: str
     how_well: str
     motion: Path | None = None
-    """The motion of its best episode (see `aidsr.learn.rl.pictures.episode_recordings`), None if it was not trained."""
+    """Recorded motion of its best episode (see `aidsr.learn.rl.pictures.episode_recordings`); None if not trained."""
 
 
 def gallery(study: Study, rows: Sequence[DesignRow]) -> tuple[Card, ...]:
-    """Return the best stable designs of each task, best first, those without any picture left out."""
+    """Return the best stable designs of each task, best first; those without any picture are left out."""
     cells = {(cell.arm, cell.task, cell.number): cell for cell in study.cells}
     cards = []
     for task in dict.fromkeys(row.task for row in rows):
@@ -61,7 +61,10 @@ def _how_well(row: DesignRow) -> str:
 
 
 def _best_policy(design: DesignFolder, seeds: int) -> Path | None:
-    """Return the folder of a design's best policy of which a motion was kept; a film of it is there with OpenGL."""
+    """Return the training folder of a design's best policy with a recorded motion; None where there is none.
+
+    The folder also has a video if OpenGL was available.
+    """
     trainings = (Training(training_folder_of(design, seed)) for seed in range(seeds))
     found = [
         (verdict.valid, verdict.success_share, training.path)
@@ -79,7 +82,7 @@ def _strip(design: DesignFolder, trained: Path | None) -> str:
 
 
 def _moments(film: Path) -> bytes:
-    """Return moments of a film side by side, evenly over its length, as JPEG."""
+    """Return `_MOMENTS` frames of a video side by side, evenly spaced over its length, as JPEG."""
     import av
     from PIL import Image
 

@@ -1,7 +1,8 @@
-"""What a study still has to do, read off its folder, and how one piece of it is done.
+"""Pending jobs of a study, derived from the contents of its folder, and their execution.
 
-A job is one stage of one run: all its designs, or one policy, or one probe. It leaves nothing but files that are
-written once, so doing a job again costs at most what was in flight, and where it is done makes no difference.
+A job is one stage of one run: all its designs, or the verification, one policy or the probe of one design. Its only
+output are files that are written once, so repeating a job loses at most the work in progress, and it can run on any
+machine.
 """
 
 from __future__ import annotations
@@ -33,12 +34,12 @@ class Job:
     """One stage of one run.
 
     Attributes:
-        cell: Which run.
-        stage: What is done.
-        design: Number of the design, 0 for all of them.
-        seed: Of the policy.
-        most_usd: What the run may cost in all, where the study has a limit; no part of which job it is.
-        most_tokens: The same in tokens.
+        cell: The run.
+        stage: The stage to run.
+        design: Number of the design, 0 for all designs of the run.
+        seed: Seed of the policy.
+        most_usd: Largest total cost of the run [USD], where the study has a limit; not part of the job's identity.
+        most_tokens: Largest total number of tokens of the run; not part of the job's identity.
     """
 
     cell: Cell
@@ -50,12 +51,12 @@ class Job:
 
     @property
     def name(self) -> str:
-        """A unique name that a person can read."""
+        """A unique, readable name."""
         detail = f" design {self.design}" if self.design else ""
         return f"{self.stage} {self.cell.name}{detail}" + (f" seed {self.seed}" if self.stage == "train" else "")
 
     def as_dict(self) -> dict[str, object]:
-        """Return it as plain values."""
+        """Return the job as plain values."""
         return asdict(self)
 
     @classmethod
@@ -65,7 +66,7 @@ class Job:
 
 
 def pending_in(study: Study, cell: Cell) -> Iterator[Job]:
-    """Yield what can be done now in one run."""
+    """Yield the jobs of one run that can be started now."""
     run = study.run(cell)
     if not is_finished(run):
         before = study.before(cell)
@@ -87,7 +88,7 @@ def pending_in(study: Study, cell: Cell) -> Iterator[Job]:
 
 
 def is_finished(run: Run | None) -> bool:
-    """Return whether all designs of a run came to an end, for another reason than the study's limit."""
+    """Return whether a run is finished, and no design was stopped by the study's limit."""
     return run is not None and read_status(run).state == "finished" and not exhausted_limits(run)
 
 
@@ -97,27 +98,28 @@ def format_limits(limits: Iterable[Limit]) -> str:
 
 
 def exhausted_limits(run: Run) -> tuple[Limit, ...]:
-    """Return the limits of the study whose share a run used up; such a run can resume."""
+    """Return the limits of the study of which a run used up its share; with a larger share it can resume."""
     if not run.larger_budget.exists():
         return ()
     outcomes = [outcome for design in run.designs if (outcome := design.outcome.read()) is not None]
     short = [outcome for outcome in outcomes if outcome.outcome == "out_of_budget"]
-    # outcomes of earlier versions do not say which
+    # outcomes written by earlier versions do not name the limit
     limits = {limit for outcome in short for limit in outcome.limits or get_args(Limit)}
     return tuple(limit for limit in get_args(Limit) if limit in limits)
 
 
 VERIFIED = "verified.json"
-"""The report of a separate validation of the final scene: the method without validation has no other."""
+"""File with the report of a separate validation of the final scene: runs of the method without validation have no
+other report."""
 
 
 def training_folder_of(design: DesignFolder, seed: int) -> Path:
-    """Return the folder of a design's policy: 001 is that of seed 0."""
+    """Return the training folder of a design's policy; 001 belongs to seed 0."""
     return design.path / "training" / f"{seed + 1:03d}"
 
 
 def output_of_job(study: Study, job: Job) -> Path:
-    """Return the file or folder that a job writes; no two jobs share one."""
+    """Return the file or folder that a job writes; it is different for each job."""
     if job.stage == "design":
         return study.home(job.cell)
     design = _design_of(study, job)
@@ -127,11 +129,11 @@ def output_of_job(study: Study, job: Job) -> Path:
 
 
 def run_job(study: Path, job: Job) -> None:
-    """Do one job, or what is left of it.
+    """Run one job, or resume it.
 
     Raises:
-        BudgetError: The job's share of the study's limit was too small; with a larger one it can resume.
-        AidsrError: It cannot be done; the message gives the reason.
+        BudgetError: The job's share of the study's limit was too small; with a larger share it can resume.
+        AidsrError: The job failed; the message gives the reason.
     """
     found = open_study(study)
     match job.stage:
@@ -149,9 +151,9 @@ def _design(study: Study, job: Job) -> None:
     cell, run = job.cell, study.run(job.cell)
     if run is None:
         home = study.home(cell)
-        shutil.rmtree(home, ignore_errors=True)  # a run that was killed before its run.json is none
+        shutil.rmtree(home, ignore_errors=True)  # leftovers of a run that was killed before it wrote run.json
         config = study.arm(cell.arm).config
-        # the same number has the same seed in every arm, so that arms can be compared run by run
+        # runs of the same number have the same seed in every arm, so that arms can be compared run by run
         config = config.model_copy(update={"seed": config.seed + cell.number - 1})
         config = config.model_copy(update={"feedback": study.arm(cell.arm).feedback.get(cell.task, "")})
         before = study.before(cell)
@@ -167,7 +169,7 @@ def _design(study: Study, job: Job) -> None:
     try:
         status = read_status(run_designs(run, parts_of(run)))
     except BudgetError as error:
-        if limit == Budget():  # the arm's own budget is too small, and no other try has more
+        if limit == Budget():  # the arm's own budget is too small, so a retry cannot help
             raise AidsrError(str(error)) from error
         raise
     if limits := exhausted_limits(run):
@@ -188,11 +190,16 @@ _NOT_DESIGNING = (
     "probe.json",
     "*.part",
 )
-"""What a run that is continued leaves behind: the endings, and everything that came after them."""
+"""Files of a run that are not copied when another arm continues it: its record and budget, which are written anew, and
+final results with everything computed from them."""
 
 
 def _continue_run(study: Study, before: Cell, home: Path, config: RunConfig) -> Run:
-    """Return a copy of another arm's run to continue with another configuration; its calls stay answered and paid."""
+    """Return a copy of another arm's run with another configuration; recorded answers and their cost are kept.
+
+    Raises:
+        AidsrError: The other arm's run has not started.
+    """
     origin = study.run(before)
     if origin is None:
         raise AidsrError(f"{before.name} must be designed before {home}")

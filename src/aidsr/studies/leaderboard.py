@@ -1,4 +1,4 @@
-"""One table of results that several people submitted, each file verified before it is believed."""
+"""Tables of results submitted by several people; each submission file is verified first."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from aidsr.studies.tables import ArmLine, arm_lines
 
 
 class Conditions(Artifact):
-    """What two results must share before they stand in one table."""
+    """Conditions that two results must share to appear in one table."""
 
     benchmark_version: int
     level: str
@@ -35,7 +35,7 @@ def leaderboard(paths: Sequence[Path]) -> str:
     """Return submissions merged into Markdown: one table for each set of conditions, the most successful arms first.
 
     Raises:
-        UserError: A file is no submission or was changed, or the same one was named twice.
+        UserError: A file is no submission or was changed, or the same submission was given twice.
     """
     found = {path: read_submission(path) for path in paths}
     seen: dict[str, Path] = {}
@@ -55,7 +55,7 @@ def leaderboard(paths: Sequence[Path]) -> str:
 
 
 def check_scenes(path: Path, study: Study) -> int:
-    """Check that a study's folder holds the very scenes that were submitted, and return how many these are.
+    """Check that the scenes in a study's folder are exactly those of a submission, and return their number.
 
     Raises:
         UserError: The file is no submission, or scenes differ.

@@ -1,4 +1,4 @@
-"""What came out of a study, one raw row for each design that was attempted. Every figure is computed from these."""
+"""Raw results of a study: one row for each attempted design, from which all aggregated results are computed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from aidsr.studies.study import Cell, Study
 
 
 class DesignRow(Artifact):
-    """One design of a study, whether it got anywhere or not."""
+    """Results of one design of a study, successful or not."""
 
     model_config = ConfigDict(allow_inf_nan=False)
 
@@ -28,24 +28,25 @@ class DesignRow(Artifact):
     design: Count
     family: str = ""
     outcome: str = "failed"
-    """As in outcome.json; "failed" where its run ended without it, "unfinished" where it is not done yet."""
+    """Outcome as in outcome.json; "failed" if the run ended without this design, "unfinished" before it has ended."""
     complete: bool = False
-    """Whether nothing of it is missing: it has an outcome and, where that is "approved", its scene is
-    verified and every policy judged."""
+    """Whether all its results exist: it has an outcome and, if that is "approved", its scene is verified and all
+    its policies are evaluated."""
     verified: bool = False
     """Whether its final scene was validated separately."""
     stable: bool = False
-    """Whether it was approved and its final scene passes the validator when it is validated separately."""
+    """Whether it was approved and its final scene passes the validator in a separate validation."""
     seeds: Count = 0
-    """Policies that the plan asks for; those that are not judged count as failed. `read_submission` fills it in
-    where an earlier version left it out and one policy or none was asked for."""
+    """Number of policies in the plan; those that are not evaluated count as failed. `read_submission` fills it in
+    where an earlier version did not write it and the plan has at most one policy per design."""
     evaluations: tuple[Evaluation, ...] = ()
-    """One for each policy that was judged."""
+    """Evaluation of each policy that was evaluated."""
     steps: Count = 0
-    """Control steps of all its trainings."""
+    """Control steps of all its trainings together."""
     resumed: Count = 0
-    """Policies whose training was killed while learning and resumed: not those of undisturbed trainings."""
+    """Number of policies whose training was interrupted and resumed, which changes their result."""
     training_s: float = 0.0
+    """Wall time of all its trainings together."""
     probe_progress: float | None = None
     usage: Usage = Usage()
     latency_s: float = 0.0
@@ -53,23 +54,23 @@ class DesignRow(Artifact):
 
     @property
     def valid(self) -> bool:
-        """Whether most of the policies that the plan asks for are valid."""
+        """Whether most of the planned policies are valid."""
         return self._most(each.valid for each in self.evaluations)
 
     @property
     def successful(self) -> bool:
-        """Whether most of the policies that the plan asks for are successful."""
+        """Whether most of the planned policies are successful."""
         return self._most(each.successful for each in self.evaluations)
 
     def wins(self, share: float) -> bool:
-        """Return whether most of the policies that the plan asks for are valid and win this share of their episodes."""
+        """Return whether most of the planned policies are valid with at least this success rate (0 to 1)."""
         return self._most(each.valid and each.success_share >= share for each in self.evaluations)
 
     @property
     def policies(self) -> tuple[tuple[float, ...], ...]:
-        """For each policy that the plan asks for, 1 or 0 for every held-out episode.
+        """Success (1) or failure (0) in every held-out episode, for each planned policy.
 
-        All are 0 where it is not valid, and there is none where it is not judged.
+        All episodes of an invalid policy are 0; a policy that is not evaluated has no episodes.
         """
         judged = tuple(
             tuple(float(evaluation.valid and episode.ended == "succeeded") for episode in evaluation.episodes)
@@ -79,7 +80,7 @@ class DesignRow(Artifact):
 
     @property
     def episodes_share(self) -> float:
-        """Share of held-out episodes won, mean over the policies that the plan asks for."""
+        """Success rate in held-out episodes, mean over the planned policies."""
         return fmean(fmean(policy or (0.0,)) for policy in self.policies or ((),))
 
     def _most(self, verdicts: Iterable[bool]) -> bool:
@@ -87,27 +88,28 @@ class DesignRow(Artifact):
 
     @cached_property
     def key(self) -> tuple[int, int]:
-        """What pairs it with the same design of another arm."""
+        """Key that pairs it with the same design of another arm: number of the run and of the design."""
         return self.run, self.design
 
 
 class Repair(Artifact):
-    """A fault that was there in one iteration and gone in the next."""
+    """A fault that one iteration had and the next did not."""
 
     code: str
+    """Code of the fault."""
     changed: str
-    """What had changed in between: concept, robot or placement."""
+    """What the next iteration changed: "concept", "robot" or "placement"."""
 
 
 def read_outcomes(study: Study) -> tuple[DesignRow, ...]:
-    """Return a row for every design the plan asks for, in its order."""
+    """Return a row for every design of the plan, in the plan's order."""
     return tuple(row for cell in study.cells for row in _rows_of(study, cell))
 
 
 def paid_usd(study: Study, rows: Sequence[DesignRow]) -> float | None:
-    """Return what a study has paid so far [USD], None where a price is unknown.
+    """Return the cost of a study so far [USD], or None where a price is unknown.
 
-    An arm that continues the designs of another arm counts their calls as its own; they were paid once.
+    The rows of an arm that continues another arm's designs include the cost of that arm's calls; it is counted once.
     """
     costs = {(row.arm, row.task, row.key): row.usage.cost_usd for row in rows}
     if None in costs.values():
@@ -131,7 +133,7 @@ def _rows_of(study: Study, cell: Cell) -> Iterator[DesignRow]:
             continue
         folder = run.design(number)
         outcome = state.outcome.outcome if state.outcome else "unfinished"
-        if outcome == "out_of_budget" and exhausted_limits(run):  # the study's limit, so it can resume
+        if outcome == "out_of_budget" and exhausted_limits(run):  # stopped by the study's limit, so it can resume
             outcome = "unfinished"
         verified = JsonFile(folder.path / VERIFIED, ValidationReport).read()
         evaluations = tuple(_evaluations(folder, study.plan.seeds))
@@ -156,9 +158,10 @@ def _rows_of(study: Study, cell: Cell) -> Iterator[DesignRow]:
 
 
 def read_repairs(study: Study) -> tuple[Counter[str], list[Repair]]:
-    """Return how often each fault stopped an iteration, and which were cured by the next.
+    """Return how often each fault occurred in an iteration, and the faults that were gone in the next iteration.
 
-    An iteration that was not validated cured nothing, nor did one whose robot alone was what is wrong with a scene.
+    Iterations without a report, or copied from another arm, are not counted. After an iteration with a report on the
+    scene, one with a report on the robot alone does not count as repairing faults, as its scene was not validated.
     """
     seen, cured = Counter[str](), list[Repair]()
     for design, copied in _designs(study):
@@ -179,7 +182,7 @@ def read_repairs(study: Study) -> tuple[Counter[str], list[Repair]]:
 
 
 def count_repairs(study: Study) -> Counter[str]:
-    """Return how often code put each kind of thing right in a robot, before anyone looked at it."""
+    """Return how often each kind of mechanical repair was applied to a robot before it was validated."""
     found = Counter[str]()
     for design, copied in _designs(study):
         for iteration in design.iterations[copied:]:
@@ -189,7 +192,7 @@ def count_repairs(study: Study) -> Counter[str]:
 
 
 def _designs(study: Study) -> Iterator[tuple[DesignFolder, int]]:
-    """Yield every design, and how many of its iterations it took over from the arm that it continues."""
+    """Yield every design, and the number of its iterations that were copied from the arm that it continues."""
     for cell in study.cells:
         run, before = study.run(cell), study.before(cell)
         origin = study.run(before) if before else None

@@ -1,4 +1,4 @@
-"""Pictures of a study's report, as SVG or PNG text that stands in the page itself."""
+"""Plots of a study's report, as SVG text for embedding in the page."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def success_by_task(lines: Sequence[Line]) -> str:
-    """Return bars of valid and successful designs by task, with Wilson intervals."""
+    """Return a bar plot of the shares of valid and successful designs by task, with Wilson intervals."""
 
     def draw(axes: Axes) -> None:
         for row, line in enumerate(reversed(lines)):
@@ -38,15 +38,15 @@ def success_by_task(lines: Sequence[Line]) -> str:
 
 
 def arm_colours(study: Study) -> dict[str, str]:
-    """Return the colour of each arm as the page writes it; after eight they repeat."""
+    """Return the colour of each arm as a CSS variable of the page; colours repeat after the last of `CURVES`."""
     return {arm.name: f"var(--curve-{1 + i % len(CURVES)})" for i, arm in enumerate(study.plan.arms)}
 
 
 def curves_of_task(study: Study, rows: Sequence[DesignRow]) -> str:
-    """Return the learning curves of one task's designs: progress against control steps, a colour an arm.
+    """Return a plot of the learning curves of one task's designs: progress over control steps, one colour for each arm.
 
     Returns:
-        Nothing where no design was trained.
+        SVG text; empty where no design was trained.
     """
     arms = {arm.name: CURVES[i % len(CURVES)] for i, arm in enumerate(study.plan.arms)}
     cells = {(cell.arm, cell.task, cell.number): cell for cell in study.cells}
@@ -75,7 +75,7 @@ def curves_of_task(study: Study, rows: Sequence[DesignRow]) -> str:
 
 
 def cost_and_success(arms: Sequence[ArmLine]) -> str:
-    """Return what a design costs against how often it succeeds, a point an arm, the paper's beside them."""
+    """Return a plot of success rate over cost per design, with one point for each arm and one for the paper."""
 
     def draw(axes: Axes) -> None:
         for i, arm in enumerate(arms):

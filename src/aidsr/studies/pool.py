@@ -1,4 +1,4 @@
-"""Where jobs are done: child processes of this machine, as many at a time as asked for."""
+"""Execution of jobs in child processes on this machine, up to a given number at a time."""
 
 from __future__ import annotations
 
@@ -21,48 +21,48 @@ from aidsr.studies.run_job import SHORT
 _POLL_S = 0.2
 """Interval between polls of the children [s]. Our choice: jobs last seconds to minutes."""
 _LAST_WORDS = 2000
-"""Characters of a failed job's error output that are kept."""
+"""Number of characters kept from the end of a failed job's error output."""
 
 
 @dataclass(frozen=True)
 class EndedJob:
-    """A job that is over; `error` is empty when it was done."""
+    """A job that has ended; `error` is empty if it succeeded."""
 
     job: Job
     error: str
     wall_s: float
     short: tuple[Limit, ...] = ()
-    """Of which limits its share was too little; that is no failure."""
+    """Limits of the study of which its share was too small; this does not count as a failure."""
 
 
 class Pool(Protocol):
-    """Does jobs side by side."""
+    """Executor that runs several jobs at a time."""
 
     @property
     def free(self) -> int:
-        """How many more jobs can be started now."""
+        """Number of jobs that can be started now."""
         ...
 
     def begin(self, job: Job) -> None:
-        """Begin a job."""
+        """Start a job."""
         ...
 
     def wait(self) -> EndedJob:
-        """Return the next job that ends; only called while one is at work."""
+        """Wait for the next job that ends and return it; only called while a job is running."""
         ...
 
     def close(self) -> None:
-        """End the running jobs; they can be started again later."""
+        """Stop the running jobs; they can be started again later."""
         ...
 
 
 @dataclass
 class LocalPool:
-    """Child processes, one job each, so that a crash or a kill takes down that job alone.
+    """Pool of child processes with one job each, so that a crash or a kill affects only that job.
 
     Attributes:
         study: Folder of the study.
-        size: How many at a time.
+        size: Largest number of jobs at a time.
     """
 
     study: Path
@@ -71,19 +71,19 @@ class LocalPool:
 
     @property
     def free(self) -> int:
-        """How many more jobs can be started now."""
+        """Number of jobs that can be started now."""
         return self.size - len(self._children)
 
     def begin(self, job: Job) -> None:
-        """Begin a job."""
+        """Start a job."""
         command = [sys.executable, "-m", "aidsr.studies.run_job", str(self.study), json.dumps(job.as_dict())]
-        # one thread each: side by side, single-threaded jobs do more in total (docs/studies.md)
+        # one thread for each job: parallel single-threaded jobs have the higher total throughput (docs/studies.md)
         alone = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-        # a pipe that is not read meanwhile would block a child that writes much
+        # a file, since a pipe that nobody reads would block a child with much output
         output = tempfile.TemporaryFile()  # noqa: SIM115 - closed where the child ends
         child = subprocess.Popen(
             command,
-            stdin=subprocess.PIPE,  # closes with this process, however it ends, and so ends the job
+            stdin=subprocess.PIPE,  # closes when this process ends for any reason, which ends the job too
             stdout=subprocess.DEVNULL,
             stderr=output,
             env=os.environ | alone,
@@ -92,7 +92,7 @@ class LocalPool:
         self._children[child.pid] = (job, child, time.monotonic(), output)
 
     def wait(self) -> EndedJob:
-        """Return the next job that ends."""
+        """Wait for the next job that ends and return it."""
         while True:
             for pid, (job, child, began, output) in self._children.items():
                 if child.poll() is not None:
@@ -106,7 +106,7 @@ class LocalPool:
             time.sleep(_POLL_S)
 
     def close(self) -> None:
-        """End the children and whatever they started."""
+        """End the children and all processes that they started."""
         for _, child, _, _ in self._children.values():
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(child.pid, signal.SIGTERM)

@@ -1,4 +1,4 @@
-"""A study as one page, and its figures as Markdown, CSV and JSON beside it. Nothing here is measured: all is read."""
+"""Report of a study as an HTML page, with the results as Markdown, CSV and JSON. It only reads stored results."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from aidsr.studies.tables import (
 
 
 def write_report(study: Study) -> Path:
-    """Write report.html, .md, .csv and .json into the study's folder, and return the page's path."""
+    """Write report.html, .md, .csv and .json into the study's folder, and return the path of the HTML page."""
     rows = read_outcomes(study)
     arms = arm_lines(rows, {arm.name: arm.config.model for arm in study.plan.arms})
     first = study.plan.arms[0].name
@@ -48,7 +48,7 @@ def write_report(study: Study) -> Path:
 
 
 def table_markdown(lines: Sequence[Line], *, trained: bool = True) -> str:
-    """Return figures by task as a Markdown table, the rates with their Wilson intervals."""
+    """Return results by task as a Markdown table, with Wilson intervals of the rates."""
     head = (
         "| task | designs | stable | valid | successful | at 80, 95 % | episodes | probe | tokens | cost | latency |\n"
         "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|"
@@ -57,7 +57,7 @@ def table_markdown(lines: Sequence[Line], *, trained: bool = True) -> str:
 
 
 def raw_csv(rows: Sequence[DesignRow]) -> str:
-    """Return the raw rows, one a design, its evaluations summed up."""
+    """Return the raw rows as CSV, one for each design, with its evaluations aggregated."""
     out = io.StringIO()
     fields = ["arm", "task", "run", "design", "family", "outcome", "stable", "valid", "successful", "episodes_share"]
     fields += ["probe_progress", "iterations", "input_tokens", "output_tokens", "cost_usd", "latency_s", "steps"]
@@ -73,7 +73,7 @@ def raw_csv(rows: Sequence[DesignRow]) -> str:
 
 
 def percent(value: float | None) -> str:
-    """Return a share as a person reads it."""
+    """Return a share as text in percent; a dash for None and NaN."""
     return "–" if value is None or math.isnan(value) else f"{100 * value:.0f} %"
 
 
@@ -97,7 +97,7 @@ def _cells(line: Line, trained: bool = True) -> list[str]:
 
 
 def taken_in_words(line: Line) -> tuple[str, str, str]:
-    """Return the tokens, the cost and the latency of a design; they are not known before one came to an end."""
+    """Return the mean tokens, cost and latency of a design as text; dashes before any design has ended."""
     if not line.ended:
         return "–", "–", "–"
     tokens = f"{line.tokens:,.0f}" + (" est." if line.tokens_estimated else "")
@@ -154,7 +154,7 @@ def _standing(study: Study, rows: Sequence[DesignRow]) -> str:
 
 
 def _perturbed(plan: StudyPlan) -> str:
-    """Return that successful policies were played in perturbed scenes, as the end of a sentence; empty if not."""
+    """Return the end of a sentence, that successful policies were evaluated in perturbed scenes; empty if not so."""
     return "; successful policies also evaluated in perturbed scenes" if plan.seeds and plan.perturbed else ""
 
 
@@ -169,7 +169,7 @@ def _reached(study: Study, whole: Line) -> str:
 
 
 def resumed_in_words(rows: Sequence[DesignRow]) -> str:
-    """Return how many policies are not those of undisturbed trainings, as a sentence; nothing where all are."""
+    """Return a sentence with the number of policies whose training was interrupted and resumed; empty if none."""
     resumed = sum(row.resumed for row in rows)
     if not resumed:
         return ""
@@ -177,14 +177,14 @@ def resumed_in_words(rows: Sequence[DesignRow]) -> str:
 
 
 def format_training(seeds: int, steps: int, protocol: str) -> str:
-    """Return how designs are trained: so many policies each, their budget, and the protocol."""
+    """Return in words how designs are trained: number of policies, budget and protocol."""
     if not seeds:
         return "not trained"
     return f"{counted(seeds, 'policy')} per design, at most {steps:,} control steps, protocol {protocol}"
 
 
 def _change(found: Difference) -> str:
-    """Return a difference with its interval."""
+    """Return a difference with its interval as text."""
     value, low, high = found.in_words
     return f"{value} ({low} to {high})"
 
@@ -268,7 +268,7 @@ _HOWS = ("concept", "robot", "placement")
 
 
 def _policies(rows: Sequence[DesignRow]) -> list[tuple[str, dict[str, int]]]:
-    """Return how the held-out episodes of each task ended, those of invalid policies too."""
+    """Return for each task how many held-out episodes ended in which way, including those of invalid policies."""
     found = {task: Counter[str]() for task in dict.fromkeys(row.task for row in rows)}
     for row in rows:
         found[row.task].update(episode.ended for each in row.evaluations for episode in each.episodes)
@@ -276,13 +276,13 @@ def _policies(rows: Sequence[DesignRow]) -> list[tuple[str, dict[str, int]]]:
 
 
 def _unmet(rows: Sequence[DesignRow]) -> list[tuple[str, int]]:
-    """Return which checks of plausibility policies did not meet, and how many."""
+    """Return the plausibility checks that policies failed, and how often, most frequent first."""
     checks = (check for row in rows for each in row.evaluations for check in each.checks)
     return Counter(check.name for check in checks if not check.passed).most_common()
 
 
 def _published() -> list[str]:
-    """Return the paper's figures as a line of the table of tasks."""
+    """Return the paper's published results as a row of the table of tasks."""
     rates = [f"{100 * PAPER.valid:.1f} %", f"{100 * PAPER.successful_by_table:.1f} %", "", "", ""]
     costs = [f"{PAPER.tokens:,}", f"${PAPER.cost_usd:.2f}", f"{PAPER.latency_s:.0f} s"]
     return ["published, with GPT-5 on other tasks", "", "", *rates, *costs]

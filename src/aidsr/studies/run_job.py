@@ -1,4 +1,4 @@
-"""`python -m aidsr.studies.run_job STUDY JOB`: one job in a process of its own."""
+"""Command `python -m aidsr.studies.run_job STUDY JOB`, which runs one job in its own process."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from aidsr.core.errors import AidsrError, BudgetError, Limit
 from aidsr.studies.jobs import Job, run_job
 
 SHORT: dict[int, tuple[Limit, ...]] = {3: ("cost_usd",), 4: ("tokens",), 5: ("cost_usd", "tokens")}
-"""Exit codes of a job whose share of these limits of the study was too small; with a larger share it can resume."""
+"""Exit codes of a job whose share of the named limits of the study was too small; with a larger share it can resume."""
 
 
 def _end_with_the_driver() -> None:
-    """End when the driver is gone: a killed driver starts this job again when it is resumed."""
-    os.read(0, 1)  # nothing is ever written; not sys.stdin, whose lock a thread would still hold at the end
+    """Kill this process group when the driver has ended; a resumed driver starts the job again."""
+    os.read(0, 1)  # blocks until the pipe closes; not sys.stdin, as this thread would hold its lock at exit
     os.killpg(0, signal.SIGKILL)
 
 
@@ -27,12 +27,14 @@ def _limits(error: AidsrError) -> tuple[Limit, ...]:
 
 
 def main(arguments: list[str]) -> int:
-    """Do a job; on failure its reason is the last line on standard error.
+    """Run a job and return the exit code; on failure the reason is the last line on standard error.
+
+    When standard input is closed, the process kills itself.
 
     Args:
-        arguments: Folder of the study; the job as JSON. Standard input stays open as long as the result is wanted.
+        arguments: Folder of the study, and the job as JSON.
     """
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # the same clean end as an interrupt
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # SIGTERM ends the job as cleanly as SIGINT
     threading.Thread(target=_end_with_the_driver, daemon=True).start()
     folder, job = arguments
     try:

@@ -1,4 +1,4 @@
-"""Run a study from any state to its end: start the jobs that can run, retry failed ones, skip what cannot be done."""
+"""Runner of studies: start pending jobs, retry failed ones, and give up jobs that keep failing."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from aidsr.studies.study import Cell, Study
 from aidsr.tasks import BENCHMARK_VERSION
 
 MOST_ATTEMPTS = 3
-"""A job that failed so often is recorded and left out. Our choice: a lost machine or a full disk may fail it twice."""
+"""Number of attempts after which a failing job is given up. Our choice: a lost machine or a full disk can make a job
+fail twice."""
 
 
 @dataclass(frozen=True)
@@ -27,12 +28,13 @@ class Progress:
     running: tuple[Job, ...]
     waiting: int
     failed: tuple[Job, ...]
-    """Given up after the last attempt."""
+    """Jobs that were given up after `MOST_ATTEMPTS` attempts."""
     last: EndedJob | None = None
+    """Job that ended last."""
     unpaid: tuple[Job, ...] = ()
-    """At the end: what the study's limit left too little for."""
+    """At the end: jobs that were not run because too little of the study's limit is left."""
     refused: tuple[Limit, ...] = ()
-    """Which of its limits did."""
+    """At the end: the limits of which too little is left."""
 
 
 @dataclass
@@ -48,7 +50,7 @@ class _StudyRun:
     failed: list[Job] = field(default_factory=list)
     done: int = 0
     order: dict[Cell, int] = field(init=False)
-    """Place of each cell in the study."""
+    """Position of each cell in the study."""
 
     def __post_init__(self) -> None:
         self.order = {cell: place for place, cell in enumerate(self.study.cells)}
@@ -86,7 +88,7 @@ class _StudyRun:
                 self.pool.begin(paid_for)
 
     def _turn(self, job: Job) -> tuple[int, int, int]:
-        """First runs before second ones, early cells before late ones; what failed waits for the rest of its runs."""
+        """Return the sort key of a job: first runs before second ones, then untried jobs first, then early cells."""
         return job.cell.number, self.attempts[job], self.order[job.cell]
 
     def _end(self, ended: EndedJob) -> None:
@@ -123,7 +125,7 @@ def _check_version(study: Study) -> None:
     """Refuse to continue a study of another benchmark version: its figures would mix two versions of the tasks.
 
     Raises:
-        UserError: The benchmark has changed since its plan was made.
+        UserError: The benchmark has changed since the study's plan was made.
     """
     planned = study.plan.benchmark_version
     if planned != BENCHMARK_VERSION:
@@ -139,22 +141,22 @@ def run_study(
     listen: Callable[[Progress], None] = lambda _progress: None,
     without: frozenset[Cell] = frozenset(),
 ) -> Progress:
-    """Do everything a study still needs, within its limit; call it again on one that was stopped.
+    """Run all pending jobs of a study within its limit; a stopped study is resumed by calling this again.
 
     Args:
         study: The study.
-        pool: Does the jobs; closed at the end.
-        listen: Called whenever a job starts or ends.
-        without: Runs to leave as they are, such as those whose results are kept elsewhere.
+        pool: Executor of the jobs; closed at the end.
+        listen: Called before each wait for a job, and at the end.
+        without: Runs to leave unchanged, such as those whose results are kept elsewhere.
 
     Raises:
-        UserError: Something is left to do, and the study is of another version of the benchmark.
+        UserError: Jobs are pending, and the study has another benchmark version.
     """
     return _StudyRun(study, pool, listen, StudyBudget(study, read_budget(study)), without).to_the_end()
 
 
 def read_failures(study: Study) -> list[dict[str, object]]:
-    """Return every failed attempt, in order: time, job, attempt, error."""
+    """Return every failed attempt in order, with the keys "time", "job", "attempt" and "error"."""
     path = study.path / "failures.jsonl"
     return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()] if path.exists() else []
 

@@ -1,4 +1,4 @@
-"""Means with honest intervals, and whether a difference is more than noise."""
+"""Means with bootstrap intervals, and significance of paired differences."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ _DRAWS = 10_000
 """Bootstrap samples. Source: Efron and Tibshirani, An Introduction to the Bootstrap (1993): thousands for percentile
 intervals."""
 _ROUNDING = 1e-9
-"""Relative; a mean of the same numbers in another order is as far from zero."""
+"""Relative tolerance when means are compared: the sum of the same numbers in another order has rounding errors."""
 
 
 def bootstrap_mean(values: Mapping[str, Sequence[Sequence[Sequence[float]]]], seed: int = 0) -> Interval:
-    """Return the mean over tasks of the mean over designs, with an interval that respects how the values came about.
+    """Return the mean over tasks of the mean over designs, with a 95 % hierarchical bootstrap interval.
 
-    Episodes of one policy are alike, and so are policies of one design: tasks are kept, designs are redrawn within
-    each task, policies within each design, and then episodes within each policy.
+    Episodes of one policy are correlated, and so are policies of one design. Therefore tasks are kept, designs are
+    resampled within each task, policies within each design, and episodes within each policy.
 
     Args:
-        values: By task, for each design and each of its policies the outcomes (0 or 1, one an episode); a design
+        values: By task, for each design and each of its policies the outcomes of the episodes, 0 or 1. A design
             without any policy counts as 0, and so does a policy without any episode.
-        seed: Of the bootstrap.
+        seed: Seed of the random generator.
     """
     tables = [[_shares(design) for design in designs] for designs in values.values() if designs]
     if not tables:
@@ -41,7 +41,7 @@ def bootstrap_mean(values: Mapping[str, Sequence[Sequence[Sequence[float]]]], se
 
 
 Shares = tuple[NDArray[np.float64], NDArray[np.int64]]
-"""Of one design's policies: share of episodes won, and episodes, both (policies,)."""
+"""Share of successful episodes and number of episodes of each policy of one design, both (policies,)."""
 
 
 def _shares(policies: Sequence[Sequence[float]]) -> Shares:
@@ -51,31 +51,32 @@ def _shares(policies: Sequence[Sequence[float]]) -> Shares:
 
 @dataclass(frozen=True)
 class PairedDifference:
-    """How far two things are apart on what both did, and how easily chance alone does as much."""
+    """Mean difference of paired values, with its interval and p value."""
 
     interval: Interval
     chance: float
-    """Two-sided p: how often the mean is as far from zero when the sign of each pair is drawn at random. A few pairs
-    that all agree have a bootstrap interval without any width; this does not fall below 0.05 for fewer than six."""
+    """Two-sided p value: probability of a mean at least as far from zero when the sign of each pair is random. A few
+    pairs that all agree have a bootstrap interval of zero width, but p is not below 0.05 for fewer than six pairs."""
     pairs: int
+    """Number of pairs."""
 
 
 def paired_difference(
     one: Mapping[str, Mapping[T, float]], other: Mapping[str, Mapping[T, float]]
 ) -> PairedDifference | None:
-    """Return by how much `other` is above `one`, on designs that both have, or None where there are none.
+    """Return the mean of `other` - `one` over the pairs that both have, or None where there are none.
+
+    The interval is a paired bootstrap: differences are resampled within each task.
 
     Args:
-        one: Values by task and by what pairs them, such as run and number of the design.
-        other: The same of the other.
+        one: Values by task and by the key that pairs them, such as run and number of the design.
+        other: Values to compare with, by the same keys.
 
-    The interval is a paired bootstrap: differences are redrawn within each task.
-
-    Source: of the test by signs, R. A. Fisher, The Design of Experiments (1935), section 21; of adding one to both
+    Source: for the sign-flip test, R. A. Fisher, The Design of Experiments (1935), section 21; for adding one to both
     counts, B. Phipson and G. K. Smyth, Statistical Applications in Genetics and Molecular Biology 9 (2010) 39.
     """
     tables = []
-    for task in sorted(one.keys() & other.keys()):  # in an order, since all draw from one generator
+    for task in sorted(one.keys() & other.keys()):  # sorted, since all tasks draw from one generator
         pairs = sorted(one[task].keys() & other[task].keys(), key=repr)
         if pairs:
             tables.append(np.array([other[task][pair] - one[task][pair] for pair in pairs]))
@@ -92,7 +93,7 @@ def paired_difference(
 
 
 def _redrawn(designs: Sequence[Shares], rng: np.random.Generator) -> NDArray[np.float64]:
-    """Return means of redrawn designs, their policies redrawn within, and episodes within those, (draws,)."""
+    """Return the means of bootstrap samples of designs, policies within them, and episodes within those (draws,)."""
     policies = np.array([shares.size for shares, _ in designs])
     most = int(policies.max())
     shares, counts = (np.zeros((len(designs), most)) for _ in range(2))
@@ -101,9 +102,9 @@ def _redrawn(designs: Sequence[Shares], rng: np.random.Generator) -> NDArray[np.
     picked = rng.integers(0, len(designs), (_DRAWS, len(designs)))
     policy = rng.integers(0, policies[picked][..., None], (_DRAWS, len(designs), most))
     share, count = shares[picked[..., None], policy], counts[picked[..., None], policy]
-    # a share of m episodes drawn with replacement is a binomial share
+    # the number of successes among m episodes drawn with replacement is binomial
     drawn = rng.binomial(count.astype(int), np.clip(share, 0.0, 1.0)) / count
-    # a design has as many policies as it had, not as many as the one with most
+    # mask the padding: each design counts only its own number of policies
     drawn *= np.arange(most) < policies[picked][..., None]
     return np.asarray((drawn.sum(axis=2) / policies[picked]).mean(axis=1))
 

@@ -1,4 +1,4 @@
-"""What a study asks: tasks, arms, designs, seeds and steps; frozen in study.toml when the study begins."""
+"""Plan of a study (tasks, arms, designs, seeds, steps), frozen in study.toml when the study starts, and its folder."""
 
 from __future__ import annotations
 
@@ -36,29 +36,29 @@ _METHODS: dict[Method, str] = {
 }
 _NAME = r"^[a-z0-9][a-z0-9_.-]*$"
 _TASK = r"^\w[\w.-]*(/\w[\w.-]*)*$"
-"""Names of tasks, those of other packages too: they become names of folders."""
+"""Pattern of task names, including those of other packages; they are used as folder names."""
 _MANY = Field(min_length=1, max_length=1000)
 
 
 class Arm(Artifact):
-    """One way of making designs that is compared with others: a model and what is left out of the method."""
+    """One way of making designs that is compared with others: a model, and what differs from the full method."""
 
     name: Annotated[str, Field(pattern=_NAME)]
     after: str = ""
-    """Arm whose finished runs this one continues: the same designs, with their calls and what they cost."""
+    """Name of the arm whose finished runs this one continues with the same designs, calls and cost; "" for none."""
     feedback: dict[str, str] = Field(default_factory=dict)
-    """A person's feedback on each design, by task; it then gets one more round."""
+    """A person's feedback on each design, by task; it starts one more round."""
     grouping: Literal["auto", "off"] = "auto"
-    """"auto" lets actuators act together when a policy is trained; "off" gives each an action of its own."""
+    """"auto" trains policies with one action for each actuator group; "off" gives each actuator its own action."""
     from_probe: bool = False
-    """Whether policies first learn the best open-loop motion, where that succeeds; see `aidsr.learn.rl.Recipe`."""
+    """Whether policies first imitate the best open-loop motion, if it succeeds; see `aidsr.learn.rl.Recipe`."""
     runs: Annotated[int | None, Field(ge=1)] = None
-    """Runs of each task, where that is fewer than the study has: what would be the same each time is run once."""
+    """Number of runs of each task, if smaller than the study's; a deterministic arm is run only once."""
     config: RunConfig
 
     @property
     def settings(self) -> str:
-        """Everything that differs from the defaults, in a line; empty for the full method."""
+        """Settings that differ from the defaults, in one line; empty for the full method."""
         config, usual = self.config, {"model", "concepts", "early_stop", "seed", "method", "repairs", "task_feedback"}
         changed = config.model_dump(mode="json", exclude=usual, exclude_defaults=True)
         changes = [_BASELINES[config.model]] if config.model in _BASELINES else []
@@ -75,23 +75,23 @@ class Arm(Artifact):
 
 
 class StudyPlan(Artifact):
-    """Everything that decides what a study does. Two studies with equal plans can be merged."""
+    """All settings of a study. Two studies with equal plans can be merged."""
 
     tasks: Annotated[tuple[Annotated[str, Field(pattern=_TASK, max_length=200)], ...], _MANY]
     level: Literal["standard", "hard"] = "standard"
     arms: Annotated[tuple[Arm, ...], _MANY]
     runs: Annotated[int, Field(ge=1, le=1000)] = 5
-    """Runs of each task and arm. Source: AID-SR, 15 designs a task = 5 runs of 3 concepts."""
+    """Number of runs of each task and arm. Source: AID-SR, 15 designs per task = 5 runs of 3 concepts."""
     seeds: Annotated[int, Field(ge=0, le=100)] = 1
-    """Policies trained for each approved design; 0 trains none."""
+    """Number of policies trained for each approved design; 0 trains none."""
     steps: Annotated[int, Field(ge=1)] = 300_000
-    """Control steps a policy. Source: docs/tasks.md, budget v1."""
+    """Training budget of each policy in control steps. Source: docs/tasks.md, budget v1."""
     protocol: Protocol
-    """How policies are trained."""
+    """Training protocol of the policies."""
     probe: bool = True
-    """Whether each approved design is also probed without learning."""
+    """Whether each approved design is also probed with open-loop motions, without learning."""
     perturbed: bool = False
-    """Whether successful policies are also played in perturbed scenes, see docs/learning.md, robustness."""
+    """Whether successful policies are also evaluated in perturbed scenes, see docs/learning.md, robustness."""
     benchmark_version: int = BENCHMARK_VERSION
     versions: dict[str, str] = Field(default_factory=dict)
 
@@ -112,13 +112,16 @@ class StudyPlan(Artifact):
 
 
 def fill_protocol(plain: Any) -> Any:
-    """Return a plan as a file holds it; where it names no protocol, "paper": by that all were trained before."""
+    """Return a plan as read from a file, with protocol "paper" where it names none.
+
+    Earlier versions had no other protocol and did not write it.
+    """
     return {"protocol": "paper", **plain} if isinstance(plain, dict) else plain
 
 
 @dataclass(frozen=True)
 class Cell:
-    """One run of a study: an arm on a task, for the n-th time."""
+    """One run of a study: an arm, a task, and the number of the repetition."""
 
     arm: str
     task: str
@@ -126,20 +129,20 @@ class Cell:
 
     @property
     def name(self) -> str:
-        """Path within the study's folder of runs, and the name of the run in messages."""
+        """Path of the run within the study's folder of runs, also its name in messages."""
         return f"{self.arm}/{self.task.replace('/', '.')}/{self.number}"
 
 
 @dataclass(frozen=True)
 class Study:
-    """A folder of runs with a plan."""
+    """A study: its folder and its plan."""
 
     path: Path
     plan: StudyPlan
 
     @property
     def cells(self) -> Iterator[Cell]:
-        """Every run the plan asks for, the first of each task and arm first: a study is soon worth reading."""
+        """All runs of the plan. The first run of each task and arm comes first, so that results are readable early."""
         for number in range(1, self.plan.runs + 1):
             for task in self.plan.tasks:
                 for arm in self.plan.arms:
@@ -151,7 +154,7 @@ class Study:
         return next(arm for arm in self.plan.arms if arm.name == name)
 
     def before(self, cell: Cell) -> Cell | None:
-        """Return the cell whose run a cell continues, None where it starts its own."""
+        """Return the cell whose run a cell continues, or None if it starts a new run."""
         after = self.arm(cell.arm).after
         return replace(cell, arm=after) if after else None
 
@@ -164,18 +167,18 @@ class Study:
         return self.path / "runs" / cell.name
 
     def run(self, cell: Cell) -> Run | None:
-        """Return a cell's run, None before it was started."""
+        """Return a cell's run, or None if it has not started."""
         found = sorted(self.home(cell).glob("*/run.json"))
         return Run(found[0].parent) if found else None
 
 
 def versions_now() -> dict[str, str]:
-    """Return the versions of what shapes a result; what is not installed is left out."""
+    """Return the versions of the packages that influence results; packages that are not installed are left out."""
     return versions_of(_PACKAGES)
 
 
 def create_study(path: Path, plan: StudyPlan) -> Study:
-    """Return the study in a folder, made if there is none.
+    """Return the study in a folder, creating it if there is none.
 
     Raises:
         UserError: The folder holds a study with another plan.
@@ -199,10 +202,10 @@ def create_study(path: Path, plan: StudyPlan) -> Study:
 
 
 def require_study_is_ours(study: Study, *, trust: bool) -> None:
-    """Refuse to resume a study that was not made here and sends something elsewhere, unless its user trusts it.
+    """Refuse to resume a study that was made elsewhere and sends data to other machines, unless the user trusts it.
 
     Raises:
-        ForeignFolderError: It is one, and `trust` is false.
+        ForeignFolderError: The study is such a study and `trust` is false.
     """
     require_ours(study.path / "study.toml", [destination(arm.config.model) for arm in study.plan.arms], trust=trust)
 
@@ -211,7 +214,7 @@ def open_study(path: Path) -> Study:
     """Return the study in a folder.
 
     Raises:
-        UserError: There is none, its plan cannot be read, or it holds links or other special files.
+        UserError: The folder holds no study, its plan cannot be read, or it contains links or other special files.
     """
     require_plain_tree(path)
     try:
@@ -230,12 +233,12 @@ _RESTORE = "do not edit a plan: restore the file, or start another study"
 
 
 def _frozen_options(plan: StudyPlan) -> dict[str, object]:
-    """Return the plan without the versions it was made with: those may change while a study runs."""
+    """Return the plan without the package versions, which may change while a study runs."""
     return plan.model_dump(exclude={"versions"})
 
 
 def _toml(values: dict[str, object]) -> str:
-    """Return a plan as TOML: plain values first, then versions, then one table an arm."""
+    """Return a plan as TOML: plain values first, then versions, then one table for each arm."""
 
     def value(of: object) -> str:
         if isinstance(of, dict):

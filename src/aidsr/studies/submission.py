@@ -1,4 +1,4 @@
-"""One small file of a study's results that another person can check and merge."""
+"""Submissions: a study's results in one file that others can verify and merge."""
 
 from __future__ import annotations
 
@@ -21,28 +21,28 @@ from aidsr.studies.study import Study, StudyPlan, fill_protocol
 from aidsr.studies.tables import Line, task_lines
 
 _MAX_BYTES = 64 * 2**20
-"""Of a submission. Our choice: 1,000 designs with five policies each take half of that."""
+"""Largest size of a submission file [bytes]. Our choice: 1,000 designs with five policies each take half of that."""
 _MAX_DESIGNS = 20_000
 
 
 class Submission(Artifact):
-    """A study's figures, with enough raw outcomes to compute them again."""
+    """A study's results, with the raw outcomes from which they can be computed again."""
 
     plan: Annotated[StudyPlan, BeforeValidator(fill_protocol)]
     designs: Annotated[tuple[DesignRow, ...], Field(max_length=_MAX_DESIGNS)]
     scenes_sha256: dict[str, str]
-    """Of every approved scene, by "arm/task/run/design", so that a submission can be checked against its study."""
+    """Hash of every approved scene by "arm/task/run/design", so that a submission can be checked against its study."""
     lines: dict[str, tuple[Line, ...]]
-    """Figures by arm and task, as anyone computes them from `designs`."""
+    """Results by arm, one line for each task; they follow from `designs`."""
     sha256: str = ""
-    """Of everything above, in canonical JSON."""
+    """Hash of all other fields, in canonical JSON."""
 
 
 def submit(study: Study, path: Path) -> Submission:
     """Write a study's results into one file.
 
     Raises:
-        UserError: There is nothing to submit.
+        UserError: No design of the study is finished.
     """
     rows = read_outcomes(study)
     if all(row.outcome == "unfinished" for row in rows):
@@ -64,10 +64,10 @@ def with_hash(submission: Submission) -> Submission:
 
 
 def read_submission(path: Path) -> Submission:
-    """Return a submission after checking that its figures follow from its raw outcomes and its hash from both.
+    """Read a submission and check that its results follow from its raw outcomes, and its hash from its content.
 
     Raises:
-        UserError: It cannot be read, was changed, or its figures are not those of its outcomes.
+        UserError: The file cannot be read, was changed, or its results do not match its outcomes.
     """
     try:
         text = read_text_file(path, max_bytes=_MAX_BYTES)
@@ -88,7 +88,7 @@ def read_submission(path: Path) -> Submission:
         )
     rows = tuple(row.model_copy(update={"seeds": found.plan.seeds}) for row in found.designs)
     found = found.model_copy(update={"designs": rows})
-    # one by one: a plan can ask for far more designs than the file has
+    # compared lazily: a plan can have far more designs than the file
     if any(_place(row) != place if row else True for row, place in zip_longest(found.designs, _places(found.plan))):
         raise UserError(f"{path}: its designs do not match its plan, in which each design occurs once")
     for arm in (arm.name for arm in found.plan.arms):
@@ -98,7 +98,11 @@ def read_submission(path: Path) -> Submission:
 
 
 def _check_evaluations(path: Path, found: Submission) -> None:
-    """Refuse evaluations of another task, level or split than the plan's, or more of them."""
+    """Refuse evaluations of another task, level, version or split than the plan's, or more of them than planned.
+
+    Raises:
+        UserError: There is such an evaluation.
+    """
     plan = found.plan
     for row in found.designs:
         asked = {(row.task, plan.level, plan.benchmark_version, "held_out")}
@@ -112,7 +116,10 @@ def _check_evaluations(path: Path, found: Submission) -> None:
 
 
 def _digest(text: str) -> str:
-    """Return the hash of a submission as it is written, so that a later version with more fields still knows it."""
+    """Return the hash of a submission's JSON text.
+
+    It is computed from the text, not the model, so that a later version with more fields still accepts the file.
+    """
     content = json.loads(text)
     del content["sha256"]
     return hashlib.sha256(json.dumps(content, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
@@ -123,7 +130,7 @@ def _place(row: DesignRow) -> tuple[str, str, int, int]:
 
 
 def _places(plan: StudyPlan) -> Iterator[tuple[str, str, int, int]]:
-    """Yield every design of a plan: a submission may not leave out those that failed."""
+    """Yield the place of every design of a plan: a submission may not leave out designs that failed."""
     study = Study(Path(), plan)
     for cell in study.cells:
         for number in range(1, study.arm(cell.arm).config.concepts + 1):
@@ -131,7 +138,7 @@ def _places(plan: StudyPlan) -> Iterator[tuple[str, str, int, int]]:
 
 
 def _follow(written: Sequence[Line], computed: Sequence[Line]) -> bool:
-    """Return whether figures are those computed; what an earlier version did not write is not compared."""
+    """Return whether written lines equal computed ones, without fields that an earlier version did not write."""
     if len(written) != len(computed):
         return False
     pairs = zip(written, computed, strict=True)

@@ -1,4 +1,4 @@
-"""The figures of a study, computed from its raw rows: per task, per arm, and what broke."""
+"""Results of a study aggregated from its raw rows, per task and per arm, and differences between arms."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from aidsr.tasks import RULES_FROZEN_AT, TASKS_OUT_OF_SAMPLE
 
 
 class PaperFigures(Artifact):
-    """Published figures, for orientation only: the paper's tasks are not public, so the work is not the same."""
+    """Published results, for orientation only: the paper's tasks are not public, so they are not comparable."""
 
     source: str
     valid: float
@@ -37,11 +37,11 @@ PAPER = PaperFigures(
 IN_SAMPLE = (
     "The rules were written with the benchmark's tasks in view (in-sample): their rates say nothing about new tasks."
 )
-"""Belongs to every table that shows the built-in rules, above all beside published figures."""
+"""Note for every table with results of the built-in rules, in particular next to published results."""
 
 
 def sample_in_words(tasks: Sequence[str]) -> str:
-    """Return which tasks of a table the built-in rules were written with in view, and which came later."""
+    """Return a note on which tasks of a table were known when the built-in rules were written, and which came later."""
     later = [task for task in tasks if task in TASKS_OUT_OF_SAMPLE]
     if not later:
         return IN_SAMPLE
@@ -50,55 +50,59 @@ def sample_in_words(tasks: Sequence[str]) -> str:
 
 
 class Line(Artifact):
-    """Designs of one task, or of all, in one arm."""
+    """Aggregated results of the designs of one task, or of all tasks, in one arm."""
 
     task: str
     attempted: int
-    """Designs that the plan asks for: the denominator of every rate."""
+    """Number of designs in the plan, the denominator of every rate."""
     ended: int
-    """Those that came to an end; the figures a design are their means."""
+    """Number of designs that have ended; tokens, cost, latency and iterations are means over these."""
     complete: int
-    """Those whose policies are all judged, or that need none."""
+    """Number of designs whose policies are all evaluated, or that need none."""
     approved: int
     stable: int
     valid: int
     successful: int
     won_80: int = 0
-    """Designs most of whose policies are valid and win at least 80 % of their held-out episodes; `successful` is at
-    least 50 %, the paper's binary rate."""
+    """Number of designs most of whose policies are valid and succeed in at least 80 % of their held-out episodes.
+    `successful` requires at least 50 %, the paper's binary rate."""
     won_95: int = 0
-    """The same with 95 %."""
+    """Number of designs most of whose policies are valid and succeed in at least 95 % of their held-out episodes."""
     episodes_share: float | None
-    """Mean share of held-out episodes that succeeded, a policy that is not judged counting as 0; None of nothing."""
+    """Mean success rate in held-out episodes; a policy that is not evaluated counts as 0. None without designs."""
     probe_progress: float | None
+    """Mean progress of the best open-loop motions; None where no design was probed."""
     tokens: float
-    """A design, in and out together."""
+    """Mean input and output tokens per design."""
     tokens_estimated: bool
     cost_usd: float | None
-    """A design; None where a price is unknown."""
+    """Mean cost per design; None where a price is unknown."""
     latency_s: float
     iterations: float
     steps: float
     training_s: float
 
     def rate(self, of: str) -> Rate:
-        """Return one of its counts as a rate of what was attempted."""
+        """Return one of the counts, given by its name, as a rate of the attempted designs."""
         return Rate(int(getattr(self, of)), self.attempted)
 
 
 class ArmLine(Artifact):
-    """An arm over all tasks: every task counts the same."""
+    """Aggregated results of an arm over all tasks."""
 
     arm: str
     model: str
     line: Line
     success_low: float
     success_high: float
-    """Of the mean share of episodes, by a bootstrap over designs within tasks and episodes within designs."""
+    """Upper end, with `success_low`, of the 95 % interval of the mean success rate in held-out episodes.
+
+    Every task has the same weight; see `bootstrap_mean`.
+    """
 
 
 class Difference(Artifact):
-    """How much better one arm is than another on the designs both attempted, and whether that is more than noise."""
+    """Mean difference of one quantity between two arms, on the designs that ended in both."""
 
     what: str
     arm: str
@@ -107,18 +111,18 @@ class Difference(Artifact):
     low: float
     high: float
     chance: float
-    """How often signs drawn at random come as far, see `PairedDifference`."""
+    """Two-sided p value, see `PairedDifference`."""
     pairs: int
-    """Designs that came to an end in both."""
+    """Number of designs that ended in both arms."""
 
     @property
     def real(self) -> bool:
-        """Whether the interval excludes zero, and chance seldom comes as far."""
+        """Whether the difference is significant: its interval excludes zero and the p value is below `_SELDOM`."""
         return Interval(self.value, self.low, self.high).excludes_zero and self.chance < _SELDOM
 
     @property
     def in_words(self) -> tuple[str, str, str]:
-        """The difference and its interval, as a person reads them: points of a hundred, or a number."""
+        """The difference and the ends of its interval as text: in %, or as numbers for tokens and iterations."""
 
         def shown(value: float) -> str:
             if self.what == "tokens":
@@ -131,11 +135,11 @@ class Difference(Artifact):
 
 
 _SELDOM = 0.05
-"""Our choice: the usual one, to go with intervals of 95 %."""
+"""Significance level of the p value. Our choice: the usual one, which matches 95 % intervals."""
 
 
 def line_of(task: str, rows: Sequence[DesignRow]) -> Line:
-    """Return the figures of some designs."""
+    """Return the aggregated results of some designs."""
     ended = [row for row in rows if row.outcome != "unfinished"]
     usages = [row.usage for row in ended]
     costs = [usage.cost_usd for usage in usages]
@@ -164,7 +168,7 @@ def line_of(task: str, rows: Sequence[DesignRow]) -> Line:
 
 
 def task_lines(rows: Sequence[DesignRow], arm: str) -> tuple[Line, ...]:
-    """Return one line a task, in the order in which tasks come."""
+    """Return one line for each task of an arm, in the order of the rows."""
     return tuple(line_of(task, own) for task, own in _rows_by_task(rows, arm).items())
 
 
@@ -177,11 +181,11 @@ def _rows_by_task(rows: Sequence[DesignRow], arm: str) -> dict[str, list[DesignR
 
 
 def arm_lines(rows: Sequence[DesignRow], models: Mapping[str, str]) -> tuple[ArmLine, ...]:
-    """Return one line an arm.
+    """Return one line for each arm that has rows.
 
     Args:
-        rows: Of the study.
-        models: The model of each arm.
+        rows: Rows of the study.
+        models: Model of each arm, by the arm's name.
     """
     found = []
     for arm, model in models.items():
@@ -201,9 +205,10 @@ def arm_lines(rows: Sequence[DesignRow], models: Mapping[str, str]) -> tuple[Arm
 
 
 def differences(rows: Sequence[DesignRow], against: str) -> tuple[Difference, ...]:
-    """Return by how much each other arm differs from one, on designs that came to an end in both.
+    """Return the differences of each other arm from one arm, on designs that ended in both.
 
-    What was designed always; what was trained where every policy of a design is judged; tokens where a model was asked.
+    Quantities of the design process are always compared, those of training where all policies of a design are
+    evaluated, and tokens where a language model was called.
     """
     compared = [*_DESIGNED, *(_TRAINED if any(row.evaluations for row in rows) else ())]
     if any(row.usage.calls for row in rows):
@@ -256,7 +261,7 @@ def _by_task(rows: Sequence[DesignRow], arm: str, what: str) -> dict[str, dict[t
 
 
 def _is_known(row: DesignRow, what: str) -> bool:
-    """Return whether a design came so far that this will not change any more."""
+    """Return whether a quantity of a design is final."""
     if what in _TRAINED:
         return row.complete
     if what == "stable" and row.outcome == "approved":

@@ -5,8 +5,8 @@
     task = load_task("button_pushing")
     brief = task.brief()
 
-A package adds its own tasks through the entry-point group "aidsr.tasks": the entry's name is the task's, its value the
-`Task` subclass.
+A package adds its own tasks through the entry-point group "aidsr.tasks": the entry's name is the name of the task, its
+value is the `Task` subclass.
 """
 
 from __future__ import annotations
@@ -92,14 +92,14 @@ TASKS: dict[str, type[Task]] = {task.name: task for task in (*_KNOWN, *_NEW)}
 """The benchmark's own tasks by "category/name", in the order of its tables."""
 
 TASKS_IN_SAMPLE: tuple[str, ...] = tuple(task.name for task in _KNOWN)
-"""Tasks that the built-in rules were written with in view."""
+"""Tasks that were known when the built-in rules were written."""
 
 TASKS_OUT_OF_SAMPLE: tuple[str, ...] = tuple(task.name for task in _NEW)
-"""Tasks that were added after the built-in rules were frozen, at `RULES_FROZEN_AT`. They share no content word of their
-objectives with the words by which the rules recognize a kind of job."""
+"""Tasks that were added after the built-in rules were frozen at `RULES_FROZEN_AT`. Their objectives share no content
+word with the words by which the rules recognize a kind of job."""
 
 RULES_FROZEN_AT = "6f28d50"
-"""Commit at which the built-in rules were frozen, before there was a task out of sample."""
+"""Commit at which the built-in rules were frozen, before any out-of-sample task existed."""
 
 PLUGINS = PluginGroup[type[Task]](
     group="aidsr.tasks", noun="task", kind=Task, is_subclass=True, builtin=lambda: TASKS.keys(), find_fault=find_fault
@@ -116,11 +116,11 @@ def load_task(name: str, level: Level = "standard") -> Task:
     """Return a task.
 
     Args:
-        name: "category/name", or the name alone where it is the only one of that name.
+        name: "category/name", or the name alone if no other task has it.
         level: "standard", the benchmark, or "hard", the same scene with harder numbers.
 
     Raises:
-        TypeError: The name is no string.
+        TypeError: The name is not a string.
         UserError: There is no such task, it cannot be loaded, or it has no such level.
     """
     check_type(name, str, "task must be the name of a task")
@@ -138,11 +138,11 @@ def load_task(name: str, level: Level = "standard") -> Task:
 
 
 def is_current(name: str, version: int) -> bool:
-    """Return whether what a version of the benchmark found in a task counts today: the task has not changed since.
+    """Return whether a result of a task from a version of the benchmark is still valid: the task has not changed since.
 
     Args:
-        name: As for `load_task`.
-        version: `BENCHMARK_VERSION` of then.
+        name: Name of the task as for `load_task`.
+        version: `BENCHMARK_VERSION` of the result.
 
     Raises:
         UserError: There is no such task.
@@ -151,7 +151,7 @@ def is_current(name: str, version: int) -> bool:
 
 
 def _unknown(name: str, found: list[str], names: tuple[str, ...]) -> str:
-    """Return the message for a name of no task, or of several."""
+    """Return the error message for an unknown or ambiguous name."""
     if found:
         return f'"{name}" is ambiguous: {", ".join(found)}; use the full name'
     plain = {known.rpartition("/")[2]: known for known in names} | {known: known for known in names}

@@ -1,4 +1,4 @@
-"""What a stage of a task asks for, as a number against its limit, for whoever reads how far an episode came."""
+"""Requirements of a task's stages: measured values with their limits, to report how far an episode came."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from aidsr.tasks.readings import FloatArray
 
 @dataclass(frozen=True)
 class Condition:
-    """One number that a stage or the success of a task is made of, in n simulations at one moment."""
+    """One measured value that a stage or the success of a task depends on, in n simulations at one moment."""
 
     name: str
-    """What it is, as "share of the body that lies on the surface"."""
+    """Description of the value, such as "share of the body that lies on the surface"."""
     value: FloatArray
-    """(n,)."""
+    """Measured value, (n,)."""
     limit: float | FloatArray
-    """From which it holds, for all or each, (n,)."""
+    """Limit, one for all simulations or one for each, (n,)."""
     at_least: bool = True
-    """Whether it holds from the limit upwards; else downwards."""
+    """Whether the condition holds from the limit upwards; otherwise from the limit downwards."""
     unit: str = ""
-    """Of value and limit; empty for a number without one."""
+    """Unit of value and limit; empty for a dimensionless number."""

@@ -1,4 +1,4 @@
-"""What a task reads: named sensors of one or many simulations, as arrays with a leading axis."""
+"""Inputs of a task: named sensors of one or many simulations, as arrays with a leading axis of simulations."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 TOUCH_N = 0.05
-"""Least force that counts as touching. Source: our choice, well above solver noise, the weight of 5 g."""
+"""Smallest force that counts as touching [N]. Source: our choice, well above solver noise, the weight of 5 g."""
 
 _SPHERES = 3
-"""Spheres along the longest axis of each geom of the outline: both ends and the middle."""
+"""Number of spheres along the longest axis of each geom of the outline: at both ends and in the middle."""
 
 
 @dataclass(frozen=True)
 class Contacts:
-    """The slots of one "contacts" sensor (see `TaskSensor`); n simulations, s slots."""
+    """Slots of one "contacts" sensor (see `TaskSensor`), for n simulations and s slots."""
 
     found: BoolArray
-    """Which slots hold a contact, (n, s)."""
+    """Whether each slot holds a contact, (n, s)."""
     force_n: FloatArray
     """Normal force, 0 for an empty slot, (n, s) [N]."""
     position_m: FloatArray
@@ -42,11 +42,11 @@ class Contacts:
     """Unit normal from the robot into the target, (n, s, 3)."""
 
     def opposition(self) -> FloatArray:
-        """Return how far the contacts face each other: 0 none or all from one side, 1 exactly opposite, (n,).
+        """Return how far the contacts oppose each other, (n,): 0 none or all from one side, 1 exactly opposite.
 
         Source: our choice. Two contacts can hold a body between them when their normals oppose (Nguyen 1988,
-        "Constructing force-closure grasps"); this is that test made gradual: half of one minus the smallest cosine
-        between two contact normals.
+        "Constructing force-closure grasps"); this is a gradual version of that test: half of one minus the smallest
+        cosine between two contact normals.
         """
         pairs = self.found[:, :, None] & self.found[:, None, :]
         cosine = np.where(pairs, np.einsum("nik,njk->nij", self.normal, self.normal), 1.0)
@@ -55,15 +55,15 @@ class Contacts:
 
 @dataclass(frozen=True)
 class Outline:
-    """The robot's surface as spheres strung along its geoms; n simulations, p spheres."""
+    """The robot's surface as spheres along its geoms, for n simulations and p spheres."""
 
     center_m: FloatArray
     """World position, (n, p, 3) [m]."""
     radius_m: FloatArray
-    """(p,) [m]."""
+    """Radius of each sphere, (p,) [m]."""
     length_share: FloatArray
-    """How much of the body's length each sphere stands for, (p,); they add up to 1, or to less where much of the body
-    cannot touch anything and so has no sphere."""
+    """Share of the body's length that each sphere stands for, (p,). The sum is 1, or less if much of the body cannot
+    touch anything and so has no sphere."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class Readings:
     """Everything a task may read after one control step, for n simulations of one scene."""
 
     sensors: Mapping[str, FloatArray]
-    """By name, (n, s, k): the s physics steps since the last control step, oldest first, k numbers each."""
+    """Samples by sensor name, (n, s, k): s physics steps since the last control step, oldest first, k numbers each."""
     time_s: FloatArray
     """Time since the start of the episode, (n,) [s]."""
     length_m: float
@@ -81,11 +81,11 @@ class Readings:
     parameters: Mapping[str, FloatArray] = field(default_factory=dict)
     """`Variation.parameters` of each episode, (n, k)."""
     outline: Outline | None = None
-    """The robot's own surface, for tasks that set `needs_outline`."""
+    """The robot's surface, for tasks that set `needs_outline`; otherwise None."""
 
     @property
     def n(self) -> int:
-        """How many simulations."""
+        """Number of simulations."""
         return int(self.time_s.shape[0])
 
     def __getitem__(self, name: str) -> FloatArray:
@@ -107,31 +107,32 @@ class Readings:
         return np.asarray(np.linalg.norm(self[name], axis=-1))
 
     def mean_force_n(self, name: str, *, mean_over_s: float = 0.01) -> FloatArray:
-        """Return the magnitude of a force sensor's newest mean, (n,) [N]; the arguments are those of `peak_force_n`."""
+        """Return the magnitude of a force sensor's newest block mean, (n,) [N]; arguments as in `peak_force_n`."""
         return self._mean_forces_n(name, mean_over_s)[:, -1]
 
     def peak_force_n(self, name: str, *, mean_over_s: float = 0.01) -> FloatArray:
-        """Return the largest magnitude of a force sensor since the last control step, (n,) [N].
+        """Return the largest block-mean magnitude of a force sensor since the last control step, (n,) [N].
 
         Args:
-            name: A sensor of three force components.
-            mean_over_s: Forces are averaged over blocks of this time first [s], because the force of a single physics
-                step depends on the solver, not on the touch (our choice: 10 ms, shorter than any servo reacts).
+            name: Name of a sensor with three force components.
+            mean_over_s: Duration of the blocks over which forces are averaged first [s], because the force of a single
+                physics step depends on the solver, not on the touch (our choice: 10 ms, shorter than the reaction time
+                of any servo).
         """
         return np.asarray(self._mean_forces_n(name, mean_over_s).max(axis=1))
 
     def _mean_forces_n(self, name: str, mean_over_s: float) -> FloatArray:
-        """Return the magnitudes of a force sensor's means over blocks of some time, newest last, (n, blocks) [N]."""
+        """Return the magnitudes of a force sensor's block means, newest block last, (n, blocks) [N]."""
         means = _block_means(self.samples(name), mean_over_s / self.sample_dt_s)
         return np.asarray(np.linalg.norm(means, axis=-1))
 
     def peak_contact_n(self, name: str, *, mean_over_s: float = 0.01, together: bool = False) -> FloatArray:
-        """Return the largest force in a "contacts" sensor since the last control step, (n,) [N].
+        """Return the largest normal force of a "contacts" sensor since the last control step, (n,) [N].
 
         Args:
-            name: A sensor of contacts.
+            name: Name of a "contacts" sensor.
             mean_over_s: See `peak_force_n`.
-            together: Add all contacts of a moment up instead of taking the strongest.
+            together: Whether to sum all contacts of a physics step instead of taking the strongest.
         """
         slots = self.samples(name).reshape(
             self.n, -1, self.samples(name).shape[2] // CONTACT_SLOT_WIDTH, CONTACT_SLOT_WIDTH
@@ -142,13 +143,17 @@ class Readings:
 
     @property
     def body(self) -> Outline:
-        """The robot's outline, for tasks that set `needs_outline`."""
+        """The robot's outline, for tasks that set `needs_outline`.
+
+        Raises:
+            ValueError: There is no outline.
+        """
         if self.outline is None:
             raise ValueError("readings without an outline: set needs_outline in the task")
         return self.outline
 
     def contacts(self, name: str) -> Contacts:
-        """Return the newest sample of a "contacts" sensor, taken apart."""
+        """Return the newest sample of a "contacts" sensor, split into its fields."""
         slots = self[name].reshape(self.n, -1, CONTACT_SLOT_WIDTH)
         found = slots[:, :, 0] > 0
         return Contacts(
@@ -161,24 +166,24 @@ class Readings:
 
 @dataclass(frozen=True)
 class Reader:
-    """Makes readings of the arrays of one compiled model, which may stand for many simulations."""
+    """Converter from the arrays of one compiled model, which may stand for many simulations, to readings."""
 
     columns: Mapping[str, slice]
-    """Where each named sensor lies in `sensordata`."""
+    """Columns of `sensordata` by sensor name."""
     length_m: float
     timestep_s: float
     geoms: tuple[int, ...]
-    """The robot's geoms that are solid; empty where the task does not need them."""
+    """Ids of the robot's solid geoms; empty if the task does not need the outline."""
     offset_m: FloatArray
-    """Centres of the outline's spheres in the frames of their geoms, (g, s, 3) [m]."""
+    """Centres of the outline's spheres in the frames of their geoms, (g, s, 3) [m]: g geoms, s spheres each."""
     radius_m: FloatArray
-    """(g * s,) [m]."""
+    """Radii of the spheres, (g * s,) [m]."""
     length_share: FloatArray
-    """(g * s,)."""
+    """See `Outline.length_share`, (g * s,)."""
 
     @classmethod
     def of(cls, task: Task, model: mujoco.MjModel) -> Self:
-        """Return the reader for a scene, a robot placed in the task's environment."""
+        """Return the reader for a scene: a robot placed in the task's environment."""
         structure = read_structure(model)
         starts = zip(model.sensor_adr, model.sensor_dim, strict=True)
         solid = [geom for geom in structure.geoms if model.geom_contype[geom] or model.geom_conaffinity[geom]]
@@ -210,15 +215,16 @@ class Reader:
         """Return the readings of n simulations.
 
         Args:
-            sensordata: Sensor values after each physics step of the last control step, (n, s, nsensordata); readings
-                are views of it, so pass a copy of what a simulation will write into again.
+            sensordata: Sensor values after each physics step of the last control step, (n, s, nsensordata). Readings
+                are views of it, so pass a copy if a simulation will overwrite the array.
             time_s: Time since each episode began, (n,) [s].
-            variations: What each episode was started with, n of them.
-            geom_xpos: MuJoCo's field, (n, ngeom, 3) [m]; only read where the task needs the outline.
-            geom_xmat: MuJoCo's field, (n, ngeom, 9) or (n, ngeom, 3, 3).
+            variations: Variation of each episode, n of them.
+            geom_xpos: MuJoCo's field, (n, ngeom, 3) [m]; only read if the task needs the outline.
+            geom_xmat: MuJoCo's field, (n, ngeom, 9) or (n, ngeom, 3, 3); only read if the task needs the outline.
 
         Raises:
-            UserError: Not all variations have the same parameters.
+            UserError: The variations have different parameters.
+            ValueError: The task needs the outline, and `geom_xpos` or `geom_xmat` is missing.
         """
         return Readings(
             sensors={name: sensordata[:, :, columns] for name, columns in self.columns.items()},
@@ -248,10 +254,10 @@ def _block_means(samples: FloatArray, length: float) -> FloatArray:
 
 
 def _parameters(variations: Sequence[Variation]) -> dict[str, FloatArray]:
-    """Return the parameters of n episodes, (n, k) each.
+    """Return the parameters of n episodes by name, (n, k) each.
 
     Raises:
-        UserError: Not all episodes have the same ones.
+        UserError: The episodes have different parameters.
     """
     names = variations[0].parameters.keys() if variations else ()
     for variation in variations:

@@ -1,4 +1,4 @@
-"""The reference of all tasks, written from their fields: docs/task_reference.md.
+"""Markdown reference of all tasks, generated from their fields and docstrings: docs/task_reference.md.
 
 aidsr tasks --page > docs/task_reference.md
 """
@@ -25,10 +25,10 @@ _BASES = {
 
 
 def task_reference(tasks: Iterable[type[Task]]) -> str:
-    """Return the reference of some tasks as Markdown.
+    """Return the Markdown reference of the given tasks.
 
     Raises:
-        UserError: Python runs without docstrings, which hold each task's summary and source.
+        UserError: Python runs without docstrings (-OO), which contain the summary and the source of each task.
     """
     return "\n".join([_HEAD, *(_section(task) for task in tasks)])
 
@@ -77,7 +77,7 @@ def _features(kind: type[Task]) -> str:
 
 
 def _at_both_levels(kind: type[Task]) -> dict[str, str]:
-    """Return how a task is judged, and how at the hard level where its sentences differ there."""
+    """Return the judging of a task by title, with the hard level's sentence appended where it differs."""
     hard = kind.at("hard").judging() if kind.hard else {}
     return {
         title: text if hard.get(title, text) == text else f"{text} Level hard: {hard[title]}"

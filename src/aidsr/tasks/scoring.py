@@ -1,4 +1,4 @@
-"""The one reward of all tasks, and success that must be held. Written once, for n simulations at a time."""
+"""The reward of all tasks, and the test that success is held, for n simulations at a time."""
 
 from __future__ import annotations
 
@@ -15,39 +15,39 @@ VIOLATION_WEIGHT = 1.0
 ACTION_WEIGHT = 0.01
 """Weights of the reward.
 
-Source: our choice. Progress over a whole episode is worth at most 10, reaching the goal half as much again, a second of
-full violation at 25 Hz more than the goal, and the action's cost only decides between equally good motions.
+Source: our choice. Progress over a whole episode is worth at most 10 and held success half as much. One second of full
+violation at 25 Hz costs more than both together. The action cost only decides between equally good motions.
 """
 
 
 @dataclass(frozen=True)
 class EpisodeState:
-    """Where n episodes stand between two control steps."""
+    """State of n episodes between two control steps."""
 
     task_state: TaskState
     progress: FloatArray
     held_s: FloatArray
-    """How long the goal has held without a break, (n,) [s]."""
+    """Time for which the goal has been met without interruption, (n,) [s]."""
     success: BoolArray
-    """Whether it has been held long enough at any time, (n,)."""
+    """Whether the goal has been held long enough, now or before, (n,)."""
 
 
 @dataclass(frozen=True)
 class Score:
-    """What one control step brought, each (n,)."""
+    """Result of one control step, each (n,)."""
 
     reward: FloatArray
     progress: FloatArray
     violation: FloatArray
     success: BoolArray
-    """The goal has been held for `hold_s`, now or before."""
+    """Whether the goal has been held for `hold_s`, now or before."""
     failure: BoolArray
-    """The task's own rule ends the episode; divergence and the time limit are for the caller to see."""
+    """Whether the task's own rule ends the episode; the caller checks divergence and the time limit."""
 
 
 def reset(task: Task, readings: Readings) -> EpisodeState:
-    """Return the state of n fresh episodes at their first readings."""
-    # readings may be views of a buffer that the simulation writes into again
+    """Return the state of n new episodes at their first readings."""
+    # readings may be views of a buffer that the simulation overwrites
     task_state = {name: value.copy() for name, value in task.reset_state(readings).items()}
     return EpisodeState(
         task_state=task_state,
@@ -58,12 +58,12 @@ def reset(task: Task, readings: Readings) -> EpisodeState:
 
 
 def merge(old: EpisodeState, new: EpisodeState, mask: BoolArray) -> EpisodeState:
-    """Return the state of n episodes, new where the mask is set and old elsewhere.
+    """Return the state of n episodes: `new` where the mask is set, `old` elsewhere.
 
     Args:
         old: State of n episodes.
         new: State of n episodes.
-        mask: (n,).
+        mask: Whether each episode takes its new state, (n,).
     """
 
     def choose(theirs: FloatArray, ours: FloatArray) -> FloatArray:
@@ -78,22 +78,22 @@ def merge(old: EpisodeState, new: EpisodeState, mask: BoolArray) -> EpisodeState
 
 
 def score(task: Task, state: EpisodeState, readings: Readings, action: FloatArray) -> tuple[EpisodeState, Score]:
-    """Return the state after one control step and what the step was worth.
+    """Return the state after one control step and the score of the step.
 
     reward = 10 x gain in progress + 5 once on held success - violation - 0.01 x mean squared action
 
     Args:
         task: The task.
-        state: Before the step.
-        readings: After it.
-        action: The policy's, (n, n_actions), each -1 to 1.
+        state: State before the step.
+        readings: Readings after the step.
+        action: Action of the policy, (n, n_actions), each value -1 to 1.
     """
     task_state = task.update_state(readings, state.task_state)
     progress = task.progress(readings, task_state)
     violation = task.violation(readings)
     failure = task.is_failure(readings, task_state)
     held_s = np.where(task.is_success(readings, task_state) & ~failure, state.held_s + task.control_dt_s, 0.0)
-    # half a control step of slack, because a sum of many small times misses its round value by a rounding error
+    # half a control step of tolerance, because the sum of many time steps has a rounding error
     success = state.success | (held_s > max(0.0, task.hold_s - task.control_dt_s / 2))
     reward = (
         PROGRESS_WEIGHT * (progress - state.progress)

@@ -1,4 +1,4 @@
-"""What of the environment a task is about, and where a robot for it stands."""
+"""Targets of a task in its environment, and the mounts for a robot."""
 
 from __future__ import annotations
 
@@ -7,7 +7,11 @@ from aidsr.tasks.task import Task
 
 
 def targets_of(task: Task) -> tuple[str, ...]:
-    """Return the bodies of the environment that a task measures the robot's touch with; of a goal its site or body."""
+    """Return the target bodies of a task.
+
+    These are the bodies whose contacts with the robot the task measures, none for a free robot. For a goal they are its
+    target sites and bodies.
+    """
     if isinstance(task, GoalTask):
         return tuple(dict.fromkeys((*task.goal.points, *task.goal.bodies)))
     touched = [sensor.target for sensor in task.sensors if sensor.quantity in ("contact_force", "contacts")]
@@ -15,5 +19,5 @@ def targets_of(task: Task) -> tuple[str, ...]:
 
 
 def targets_and_mounts(task: Task) -> tuple[str, ...]:
-    """Return what of a task has to be in sight where no robot is placed yet: its targets and all mounts."""
+    """Return what a picture must show before a robot is placed: the targets of a task and all mounts."""
     return (*targets_of(task), *(mount.name for mount in task.brief().summary.mounts))

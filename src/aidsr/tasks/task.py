@@ -1,7 +1,7 @@
-"""The contract of a task: objective, environment, what varies, what is observed, how far it is done.
+"""Interface of a task: objective, environment, variation, observation, progress and success.
 
-A task is arrays, not objects: everything it reads are named sensors with a leading axis of simulations, so the same few
-lines score one simulation or many. One task is one `.py` file beside one `.xml` file of the same name.
+A task works on arrays, not on objects: all its inputs are named sensors with a leading axis of simulations, so the same
+code scores one simulation or many. Each task is one `.py` file next to one `.xml` file of the same name.
 """
 
 from __future__ import annotations
@@ -26,94 +26,98 @@ from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.variation import Variation
 
 BENCHMARK_VERSION = 5
-"""Changes whenever a dimension, a threshold, a variation or an end of a task does; every result carries it.
+"""Version of the benchmark, stored with every result.
+
+It increases when a dimension, a threshold, a variation or an end condition of a task changes.
 
 Version 2 ends an episode that cannot be recovered: a robot 0.1 m outside its lane, an object off the table, on the
-floor or out of reach. Before, policies paid for it to the time limit, which drowned what they could have learned.
+floor or out of reach. Before, such episodes were penalized until the time limit, which hid what policies could have
+learned.
 
-Version 3 makes the pipe's walls 8 mm thick and not 3, through which a tip that was pressed hard came half out. It also
-changes the progress of the drawers, and lets the checks of policies ignore one episode in twenty.
+Version 3 makes the pipe's walls 8 mm thick instead of 3 mm: a tip that was pressed hard came halfway out through the
+thin wall. It also changes the progress of drawer_opening, and lets the checks of policies ignore one episode in twenty.
 
-Version 4 closes ways to success that need no soft body, and tests by success what designers are told:
-- force_controlled_brushing: success also asks that the whole robot hardly ever presses with more than 3 N, which was
-  asked for and not tested. Cells count in their turn only: a mount that moved at random had won 15 %.
-- drawer_opening: a drawer counts as open only while the others are shut, and a robot that starts among the handles has
-  lost. Three hooks that opened all drawers at once had won every episode, two of them from behind the bars.
-- surface_adapting: success asks for contact at places apart around the curve and for the force limit, and what cannot
-  touch is length that lies nowhere. An arm of which only the tip was solid had won by being near.
-- pipe_inserting: the tip has to be steered into a branch, past which the pipe goes straight on. Through the
-  bend before, a straight rod and every slack body went by themselves.
-- button_pushing: the button is pressed at a signal, and was out then, for 0.6 s and not 0.2 s. Random actions had won a
-  quarter of the episodes, and thirteen fingers that all pulled 70 %.
-- dynamic_catching: nobody knows when the ball is thrown, and the mount turns over after the catch. Constant actions had
-  won 72 % and a basket 75 %; the ball is let go in the end, which no constant action does. No throw begins
-  below the floor any more.
-- flat_ground, gap: who falls back by 50 mm has lost, and the way is longer. Rings that shook at random had rolled there
-  and back until they won.
-- tunnel: it bends by 15 deg at least. The same rings had got through those that were nearly straight.
-- obstacles: they close one half each of a walled lane. Before, there was a straight way at their side.
-- stairs, obstacles, gap, tunnel: a robot that starts with a part beyond the beginning has lost. A long worm had started
+Version 4 removes ways to succeed without a soft body, and makes success test everything that designers are told:
+- force_controlled_brushing: success also requires that the whole robot rarely presses with more than 3 N, which was
+  stated but not tested. Cells count only in their turn: a mount that moved at random had succeeded in 15 %.
+- drawer_opening: a drawer counts as open only while the others are shut, and a robot that starts among the handles
+  loses. Three hooks that opened all drawers at once had succeeded in every episode, two of them from behind the bars.
+- surface_adapting: success requires contacts at separate places around the curve and compliance with the force limit;
+  parts that cannot touch count as length that does not lie on the surface. An arm of which only the tip was solid had
+  succeeded by being near.
+- pipe_inserting: the tip has to be steered into a branch, while the pipe itself continues straight. A straight rod and
+  every slack body had passed the bend of the earlier pipe without steering.
+- button_pushing: the button must be pressed after a signal, from its released state, for 0.6 s instead of 0.2 s. Random
+  actions had succeeded in a quarter of the episodes, and thirteen fingers that all pulled in 70 %.
+- dynamic_catching: the time of the throw is not known beforehand, and the mount turns over after the catch. Constant
+  actions had succeeded in 72 % and a basket in 75 %. At the end the ball must be released, which no constant action
+  does. No throw begins below the floor any more.
+- flat_ground, gap: a robot that falls back by 50 mm loses, and the distance is longer. Rings that shook at random had
+  rolled back and forth until they succeeded.
+- tunnel: the bend is at least 15 deg. The same rings had passed tunnels that were nearly straight.
+- obstacles: each closes one half of a walled lane. Before, there was a straight path beside them.
+- stairs, obstacles, gap, tunnel: a robot that starts with a part beyond the beginning loses. A long worm had started
   across the gap.
 - all tasks: a valid policy needs its cables and its soft body, and no other actuators; a verdict has 100 episodes.
 
-Version 5 changes drawer_opening alone (`Task.unchanged_since`): who opens a drawer out of turn has lost. One sequence
-that holds all six orders had won every episode without looking at which drawer is wanted.
+Version 5 changes only drawer_opening (`Task.unchanged_since`): opening a drawer out of turn loses the episode. One
+sequence that contains all six orders had succeeded in every episode without observing which drawer is wanted.
 """
 
 Level = Literal["standard", "hard"]
 Split = Literal["development", "held_out"]
 TaskState = Mapping[str, FloatArray]
-"""What a task carries from one control step of an episode to the next, by name, each (n, ...)."""
+"""State that a task keeps between the control steps of an episode, by name, each (n, ...)."""
 Edits = Mapping[str, Mapping[str, float | tuple[float, ...]]]
-"""Attributes of MJCF elements by "element/name": {"joint/button_slide": {"springref": -0.0025}}."""
+"""Attribute values of MJCF elements by "element/name": {"joint/button_slide": {"springref": -0.0025}}."""
 
 FORCE_SCALE_N = 5.0
-"""Contact forces are observed in units of this. Our choice: what a tendon robot of this size presses with."""
+"""Unit in which contact forces are observed [N]. Our choice: typical contact force of a tendon robot of this size."""
 FRICTION_ELSE = (0.005, 0.0001)
-"""Torsional and rolling friction where a variation changes the sliding one: MuJoCo's defaults."""
+"""Torsional and rolling friction in variations that change the sliding friction: MuJoCo's defaults."""
 _ENOUGH = 0.5
-"""Progress that is decisive in a task without stages. Our choice."""
+"""Decisive progress of a task without stages. Our choice."""
 _ROUNDING = 1e-6
-"""Progress this close below a stage has reached it."""
+"""Tolerance of progress: a stage counts as reached this far below its value."""
 
 
 @dataclass(frozen=True)
 class Feature:
-    """One group of numbers that a policy observes beside its own body."""
+    """One group of numbers that a policy observes in addition to its own body."""
 
     name: str
     unit: str
-    """Empty for a number without one."""
+    """Unit; empty for a dimensionless number."""
     range: tuple[float, float]
-    """What it lies between in a good episode; not enforced."""
+    """Smallest and largest value in a good episode; not enforced."""
     source: str
-    """The sensors it is computed from; in brackets what is no sensor: "(time)", "(state)", "(outline)"."""
+    """Sensors from which it is computed; other sources are in brackets, such as "(time)", "(state)", "(outline)"."""
     size: int = 1
-    """How many numbers."""
+    """Number of values."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Criteria:
-    """How a task is judged, in sentences formatted from its own numbers.
+    """Sentences on how a task is judged, formatted from the task's own numbers.
 
-    Designers read them beside the objective, so they must hold at the task's level.
+    Designers read them together with the objective, so they must be true at the task's level.
     """
 
     variation: str
-    """What differs between episodes."""
+    """Differences between episodes."""
     progress: str
-    """What progress is made of; for the docs, designers do not read it."""
+    """Components of the progress; only for the docs, designers do not read it."""
     success: str
     violation: str
     failure: str = ""
-    """What ends an episode as lost; empty where nothing does."""
+    """Conditions that end an episode as lost; empty if there are none."""
 
 
 @dataclass(frozen=True)
 class Task(ABC):
-    """One task at one level: what the hard level changes are fields, what both share are class constants.
+    """One task at one level. Values that the hard level changes are fields; values of both levels are class constants.
 
-    A subclass in `some_task.py` finds its environment in `some_task.xml`.
+    A subclass in `some_task.py` has its environment in `some_task.xml`.
     """
 
     name: ClassVar[str]
@@ -126,24 +130,24 @@ class Task(ABC):
     """Time between two actions [s]. Source: our choice, 25 Hz, above the bandwidth of a tendon winch."""
     needs_contact: ClassVar[bool] = True
     unchanged_since: ClassVar[int] = 4
-    """Version of the benchmark from which on results of this task are comparable with today's."""
+    """First version of the benchmark whose results of this task are comparable with current ones."""
     required_names: ClassVar[tuple[str, ...]]
-    """Bodies, joints, sites, actuators and sensors of the environment that this task cannot do without."""
+    """Bodies, joints, sites, actuators and sensors of the environment that this task requires."""
     sensors: ClassVar[tuple[TaskSensor, ...]]
-    """What scene assembly adds to measure the robot."""
+    """Sensors that scene assembly adds to measure the robot."""
     features: ClassVar[tuple[Feature, ...]]
-    """What `observe` returns, in its order."""
+    """Features that `observe` returns, in this order."""
     needs_outline: ClassVar[bool] = False
-    """Whether it reads the robot's surface; see `Readings.outline`."""
+    """Whether the task reads the robot's surface; see `Readings.outline`."""
     stages: ClassVar[tuple[tuple[float, str], ...]] = ()
-    """What is reached at which progress, in rising order: ((0.5, "at the button"), (1.0, "pressed"))."""
+    """Progress of each stage and its words, in ascending order: ((0.5, "at the button"), (1.0, "pressed"))."""
     decisive: ClassVar[str] = ""
-    """The stage, in its words, that a body reaches only by doing what the job is about; unless named the last but one,
-    of two the last. A design that no blind motion brings there is sent back by the trial."""
+    """Words of the stage that a body reaches only by doing the essential part of the job. If empty, it is the last but
+    one, or the last of at most two stages. The trial sends back a design that no blind motion brings to this stage."""
     policy_actuators: ClassVar[tuple[str, ...]] = ()
-    """Actuators of the environment that the policy drives as well: an action of -1 to 1 spans their control range."""
+    """Actuators of the environment that the policy also drives: an action of -1 to 1 spans their control range."""
     hard: ClassVar[Mapping[str, float]] = {}
-    """Fields that differ at the hard level, empty for a task that has none."""
+    """Values of fields at the hard level; empty for a task without a hard level."""
 
     level: Level = "standard"
 
@@ -157,16 +161,16 @@ class Task(ABC):
     @property
     @abstractmethod
     def objective(self) -> str:
-        """One or two sentences with sizes and goal, and no hint of a mechanism."""
+        """One or two sentences with sizes and goal, without any hint at a mechanism."""
 
     @property
     @abstractmethod
     def criteria(self) -> Criteria:
-        """How it is judged, in sentences."""
+        """Sentences on how the task is judged."""
 
     @property
     def edits(self) -> Edits:
-        """Attributes of the environment's MJCF that follow this task's numbers."""
+        """Attributes of the environment's MJCF that depend on this task's fields."""
         return {}
 
     @property
@@ -176,14 +180,14 @@ class Task(ABC):
 
     @property
     def target(self) -> tuple[Mark, ...]:
-        """Where things have to be, for pictures; empty where that is no place, or differs with what no scene shows."""
+        """Target positions for pictures; empty if the target is no place, or depends on values that no scene shows."""
         return ()
 
     def judging(self) -> dict[str, str]:
-        """Return by title what differs between episodes, what success is, its stages, and what counts against it.
+        """Return the judging by title: differences between episodes, success, violations, stages, time and failure.
 
         Raises:
-            UserError: The task can end an episode as lost and its criteria do not say when.
+            UserError: The task can end an episode as lost, but its criteria do not say when.
         """
         criteria = self.criteria
         if type(self).is_failure is not Task.is_failure and not criteria.failure:
@@ -209,7 +213,7 @@ class Task(ABC):
         return f"By progress: {told}; decisive: {self.decisive_stage()[1]}."
 
     def brief(self) -> Brief:
-        """Return the job as a team of designers gets it."""
+        """Return the job description for a team of designers."""
         from aidsr.sim.environment_summary import summarize_environment
 
         environment = self.environment
@@ -226,11 +230,14 @@ class Task(ABC):
     # --- an episode, in the order of calls ---
 
     def variation(self, split: Split, index: int) -> Variation:
-        """Return what sets an episode apart.
+        """Return the variation of one episode.
 
         Args:
-            split: Agents and training see "development" only, scoring uses "held_out". The two never share a seed.
-            index: Which one; the same index is the same variation for ever.
+            split: Agents and training use only "development", scoring uses "held_out". The two never share a seed.
+            index: Index of the episode; the same index always gives the same variation.
+
+        Raises:
+            ValueError: The index is negative.
         """
         if index < 0:
             raise ValueError(f"negative episode index: {index}")
@@ -239,64 +246,64 @@ class Task(ABC):
 
     @abstractmethod
     def sample_variation(self, rng: np.random.Generator) -> Variation:
-        """Sample what sets one episode apart."""
+        """Sample the variation of one episode."""
 
     def reset_state(self, readings: Readings) -> TaskState:
-        """Return the state of an episode at its first readings."""
+        """Return the task state at the first readings of an episode."""
         del readings
         return {}
 
     def script(self, readings: Readings) -> Mapping[str, FloatArray]:
-        """Return the controls of the environment's actuators that follow a script, by name, (n,) each."""
+        """Return the controls of the environment's scripted actuators by actuator name, (n,) each."""
         del readings
         return {}
 
     def update_state(self, readings: Readings, state: TaskState) -> TaskState:
-        """Return the state after one more control step."""
+        """Return the task state after one more control step."""
         del readings
         return state
 
     @abstractmethod
     def observe(self, readings: Readings, state: TaskState) -> FloatArray:
-        """Return what a policy observes beside its own body, (n, k), as `features` lists it."""
+        """Return what a policy observes in addition to its own body, (n, k), in the order of `features`."""
 
     @abstractmethod
     def progress(self, readings: Readings, state: TaskState) -> FloatArray:
-        """Return how far the task is done, 0 to 1, (n,)."""
+        """Return the progress of the task, 0 to 1, (n,)."""
 
     def conditions(self, readings: Readings, state: TaskState) -> tuple[Condition, ...]:
-        """Return the numbers that its stages are made of, against their limits; none where its stages say it all."""
+        """Return the measured values behind the stages with their limits; empty if the stages say everything."""
         del readings, state
         return ()
 
     @abstractmethod
     def violation(self, readings: Readings) -> FloatArray:
-        """Return how badly the robot does what it must not, 0 to 1, (n,)."""
+        """Return the severity of what the robot must not do, 0 to 1, (n,)."""
 
     @abstractmethod
     def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
-        """Return where the goal holds at this moment, (n,); `scoring` asks that it holds for `hold_s`."""
+        """Return whether the goal is met at this moment, (n,); `scoring` requires that it is met for `hold_s`."""
 
     def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
-        """Return where the episode is lost for good, (n,)."""
+        """Return whether the episode is irrecoverably lost, (n,)."""
         del state
         return np.zeros(readings.n, dtype=np.bool_)
 
     def losses(self, readings: Readings, state: TaskState) -> dict[str, BoolArray]:
-        """Return the same by the sentence of the rule, (n,) each, for a task that has several."""
+        """Return `is_failure` for each rule, by the sentence of the rule, (n,) each; for tasks with several rules."""
         return {self.criteria.failure: self.is_failure(readings, state)}
 
     def passed_limits(self, state: TaskState) -> tuple[PassedLimit, ...]:
-        """Return the limits that one episode has passed.
+        """Return the limits that were exceeded in one episode.
 
         Args:
-            state: Of that episode alone, without the axis of episodes.
+            state: Task state of that episode alone, without the axis of episodes.
         """
         del state
         return ()
 
     def stage_reached(self, progress: float, *, success: bool = False) -> str:
-        """Return in words how far an episode came that got to this progress."""
+        """Return in words which stage an episode with this progress has reached."""
         if success:
             return "held success"
         before = [words for start, words in self.stages if progress >= start - _ROUNDING]
@@ -308,19 +315,22 @@ class Task(ABC):
         return f"{before[-1] if before else 'begun'}, not yet {after[0]}"
 
     def decisive_stage(self) -> tuple[float, str]:
-        """Return the progress from which a body has done what the job is about, and the words for it."""
+        """Return the progress and the words of the decisive stage; see `decisive`."""
         if not self.stages:
             return _ENOUGH, f"progress {_ENOUGH:g}"
         named = [stage for stage in self.stages if stage[1] == self.decisive]
         return named[0] if named else self.stages[-2 if len(self.stages) > 2 else -1]
 
     def is_decisive(self, progress: float) -> bool:
-        """Return whether a body that comes so far has done what the job is about."""
+        """Return whether this progress reaches the decisive stage."""
         return progress >= self.decisive_stage()[0] - _ROUNDING
 
 
 def find_fault(task: type[Task]) -> str:
-    """Return what is wrong with a task class, empty if nothing: members, environment or required names missing."""
+    """Return the first fault of a task class, empty if there is none.
+
+    Faults: missing members, an unknown decisive stage, no environment, or required names that are not in it.
+    """
     constants = ("base", "time_limit_s", "hold_s", "required_names", "sensors", "features")
     if missing := [*sorted(task.__abstractmethods__), *(name for name in constants if not hasattr(task, name))]:
         return f"{task.__name__} does not define {', '.join(missing)}"
@@ -331,7 +341,7 @@ def find_fault(task: type[Task]) -> str:
         return f"{path} not found"
     elements = list(parse_document(task.at("standard").environment).root.iter())
     if any(element.tag in ("include", "attach", "replicate") for element in elements):
-        return ""  # more names than the text has
+        return ""  # these add names that are not in the text
     names = {element.get("name") for element in elements}
     if missing := [name for name in task.required_names if name not in names]:
         return f"required_names not in the environment: {', '.join(missing)}"
@@ -339,7 +349,7 @@ def find_fault(task: type[Task]) -> str:
 
 
 def span(low_high: tuple[float, float], scale: float = 1.0) -> str:
-    """Return a range as "0.6 to 1.2", or as one number where both ends are the same."""
+    """Return a range times `scale` as "0.6 to 1.2", or as one number if both ends are equal."""
     low, high = (f"{scale * number:g}" for number in low_high)
     return low if low == high else f"{low} to {high}"
 
@@ -349,9 +359,9 @@ def _environment_path(task: type[Task]) -> Path:
 
 
 def edit_environment(mjcf: str, edits: Edits) -> str:
-    """Return MJCF of an environment, or of a scene in it, with some attributes set.
+    """Return the MJCF of an environment, or of a scene that contains one, with some attributes set.
 
-    The very same text where each of them has its value already.
+    If all attributes already have their values, the text is returned unchanged.
     """
     root = parse_document(mjcf).root
     changed = False

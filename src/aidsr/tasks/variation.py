@@ -1,7 +1,7 @@
-"""What differs between episodes, as data, and how a simulation takes it on.
+"""Differences between episodes as data, and their application to simulations.
 
-A variation names fields of MuJoCo's model and state and the objects they belong to. It is applied to one simulation or,
-row by row, to a `mujoco.batch.Batch`, without compiling anything again.
+A variation lists new values for fields of MuJoCo's model and state, each with the object that it belongs to. It is
+applied to one simulation or, row by row, to a `mujoco.batch.Batch`, without recompiling the model.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ Shape = Literal["sphere", "cylinder", "box"]
 
 _STATE = frozenset({"qpos", "qvel"})
 _WRITTEN: WeakKeyDictionary[Batch, set[str]] = WeakKeyDictionary()
-"""Fields of the model that variations have written in a batch, for as long as there is the batch."""
+"""Names of the model fields that variations have written in each batch; an entry is removed with its batch."""
 
 
 @dataclass(frozen=True)
 class Change:
-    """One field of one named object gets another value."""
+    """A new value for one field of one named object."""
 
     field: str
     """Field of MjModel ("body_pos", "geom_friction", "dof_frictionloss", ...) or of the state ("qpos", "qvel")."""
     name: str
-    """The body, geom, site, actuator, or for jnt_, dof_, qpos and qvel the joint, it belongs to."""
+    """Name of the object: a body, geom, site or actuator; for the fields jnt_*, dof_*, qpos and qvel a joint."""
     value: tuple[float, ...]
     of_body: bool = False
-    """Whether `name` is that of the body which the joint belongs to: free joints mostly have no name of their own."""
+    """Whether `name` is the name of the joint's body: free joints mostly have no name of their own."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "value", tuple(float(number) for number in self.value))
@@ -42,33 +42,33 @@ class Change:
 
 @dataclass(frozen=True)
 class Variation:
-    """What sets one episode apart."""
+    """The differences that define one episode."""
 
     changes: tuple[Change, ...] = ()
     parameters: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
-    """What the scene itself cannot show, such as the order in which drawers are wanted; see `Readings.parameters`."""
+    """Values that no sensor of the scene shows, such as the required order of drawers; see `Readings.parameters`."""
     words: str = ""
-    """What sets it apart in the task's own words, with units; empty where nothing does, or the task does not say."""
+    """Description of the differences, with units; empty if there are none or the task does not describe them."""
 
 
 def shift_words(x_m: float, y_m: float) -> str:
-    """Return in words how far something level is moved, "+8 mm along x, -3 mm along y"."""
+    """Return a horizontal shift in words, "+8.0 mm along x, -3.0 mm along y"."""
     return f"{1000 * x_m:+.1f} mm along x, {1000 * y_m:+.1f} mm along y"
 
 
 def turn_words(turn_deg: float) -> str:
-    """Return in words how far something is turned about the vertical, "12 deg to the left"."""
+    """Return a turn about the vertical in words, "12.0 deg to the left"; positive angles turn left."""
     return f"{abs(turn_deg):.1f} deg to the {'left' if turn_deg >= 0 else 'right'}"
 
 
 def solid(name: str, shape: Shape, half_m: float, mass_kg: float) -> tuple[Change, ...]:
-    """Return the changes that make a body with one geom of the same name a solid of another shape, size and mass.
+    """Return the changes that give a body, and its geom of the same name, another shape, size and mass.
 
     Args:
-        name: The body and its geom.
-        shape: A sphere, a cylinder as high as it is wide, or a cube.
-        half_m: Its half size in every direction [m].
-        mass_kg: Its mass, evenly spread [kg].
+        name: Name of the body and of its geom.
+        shape: Sphere, cylinder as high as it is wide, or cube.
+        half_m: Half size in every direction [m].
+        mass_kg: Mass of the homogeneous solid [kg].
 
     Source: moments of inertia of homogeneous solids, any mechanics textbook.
     """
@@ -84,10 +84,10 @@ def solid(name: str, shape: Shape, half_m: float, mass_kg: float) -> tuple[Chang
 
 
 def apply_to_simulation(variation: Variation, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Start an episode: write the variation into a model, reset its data and compute the first readings.
+    """Start an episode: write the variation into a model, reset its data and compute the first sensor values.
 
-    The model keeps what is written. Where the variations of a task do not all change the same, begin each episode with
-    a copy of the compiled model (`copy.copy`), or it inherits from the one before.
+    The model keeps the written values. If the variations of a task do not all change the same fields, start each
+    episode with a copy of the compiled model (`copy.copy`); otherwise values of the previous episode remain.
     """
     for change in variation.changes:
         if change.field not in _STATE:
@@ -101,18 +101,18 @@ def apply_to_simulation(variation: Variation, model: mujoco.MjModel, data: mujoc
 
 
 def apply_to_batch(variations: Sequence[Variation], batch: Batch, ids: Sequence[int]) -> None:
-    """Start an episode in some simulations of a batch; what a variation leaves out is as in the batch's model.
+    """Start an episode in some simulations of a batch. Unchanged fields have the values of the batch's model.
 
     Args:
-        variations: One for each simulation.
-        batch: The simulations.
-        ids: Which of them are reset, in rising order.
+        variations: One variation for each simulation in `ids`.
+        batch: The batch of simulations.
+        ids: Indices of the simulations to reset, in ascending order.
     """
     rows = np.asarray(ids, dtype=np.int32)
     batch.reset(rows, stage=mujoco.mjtStage.mjSTAGE_NONE.value)
     written = _WRITTEN.setdefault(batch, set())
     for name in written:
-        # a reset is one of the state: the fields of the model would be inherited from the episode before
+        # a reset covers only the state: model fields would keep the values of the previous episode
         batch.expand(name)[rows] = getattr(batch.model, name)
     written |= {change.field for variation in variations for change in variation.changes} - _STATE
     for row, variation in zip(rows, variations, strict=True):
@@ -124,7 +124,7 @@ def apply_to_batch(variations: Sequence[Variation], batch: Batch, ids: Sequence[
 
 
 def _rows(model: mujoco.MjModel, change: Change) -> int | slice:
-    """Return which rows of the field belong to the named object."""
+    """Return the index or the slice of the field that belongs to the named object."""
     kind = change.field.partition("_")[0]
     if kind not in {"qpos", "qvel", "dof", "jnt"}:
         return int(getattr(model, kind)(change.name).id)
@@ -136,6 +136,6 @@ def _rows(model: mujoco.MjModel, change: Change) -> int | slice:
 
 
 def _shaped(change: Change) -> Any:
-    """Return the value as the field wants it: a number where the object has one, an array where it has several."""
+    """Return the value in the shape of the field: a number if the object has one, an array if it has several."""
     several = change.field in _STATE or change.field.startswith("dof_") or len(change.value) > 1
     return np.asarray(change.value) if several else change.value[0]

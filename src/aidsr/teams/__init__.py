@@ -1,1 +1,1 @@
-"""Who plays the four roles: language models, built-in rules, and the baselines they are measured against."""
+"""Teams that play the four roles: language models, built-in rules, and baselines for comparison."""

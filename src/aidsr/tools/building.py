@@ -60,7 +60,7 @@ def validate(
     task: TaskName = "",
 ) -> Result:
     """Keep a robot under a name, drive every actuator, and say what is wrong with its physics and scope."""
-    if "<" not in mjcf:  # elsewhere such a string is a path; a client must not make the server read files
+    if "<" not in mjcf:  # loaders treat such a text as a path; a client must not make the server read files
         raise UserError(f"not an MJCF document: {mjcf[:80]!r}; give the text of one, not its path")
     robot = Robot(mjcf=mjcf, functional_part=functional_part, actuator_groups=actuator_groups)
     return _kept(workspace, robot, (), task=task, mount=mount, realizable=realizable)
@@ -142,7 +142,7 @@ def assemble(
 
 
 def _scene_facts(scene: MeasuredScene) -> tuple[str, ...]:
-    """Return where the robot of a scene starts and what a script may command, or why none can be played."""
+    """Return lines on the robot's start and on what a script may command in a scene, or why no script can be played."""
     if not scene.has_job:
         return ()
     try:
@@ -153,20 +153,28 @@ def _scene_facts(scene: MeasuredScene) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Placed:
-    """A robot that was placed."""
+    """Result of placing a robot in an environment."""
 
     scene: Scene
     notes: tuple[str, ...]
-    """How it stands."""
+    """Note on how a free robot was raised or lowered onto the ground."""
     needs_contact: bool
+    """Whether the job can only be done by contact."""
 
 
 def place(workspace: Workspace, robot: Robot, placement: Placement, task: Task | None, *, stand: bool = True) -> Placed:
-    """Place a robot in the environment of a task, or of the workspace's job where there is none.
+    """Place a robot in the environment of a task, or of the workspace's job where `task` is None.
+
+    Args:
+        workspace: The workspace.
+        robot: The robot.
+        placement: Placement of the robot.
+        task: The task.
+        stand: Whether to raise or lower a free robot until it stands.
 
     Raises:
-        MjcfError: The two cannot become one model.
-        IsolationError: It took too long.
+        MjcfError: Robot and environment cannot be assembled into one model.
+        IsolationError: Assembly exceeded a limit.
     """
     if task is not None:
         environment, sensors, needs_contact = task.environment, task.sensors, task.needs_contact
@@ -206,14 +214,14 @@ def look(
 
 
 def unstable(workspace: Workspace, subject: str) -> list[str]:
-    """Return a warning for a scene that the validator refused, nothing for all else."""
+    """Return a warning for a scene that is not stable, nothing for other subjects."""
     if not subject.startswith("scene") or workspace.record(subject).stable:
         return []
     return [f"{subject} is not stable, as assemble said: what is seen here may not be what a sound body does"]
 
 
 def _shown(workspace: Workspace, subject: str) -> tuple[str, ...]:
-    """Return what of an own task or a scene has to be in sight: targets and mounts."""
+    """Return the names of targets and mounts that must be visible in a picture of an own task or a scene."""
     if is_own(subject):
         _, _, task = workspace.task_of(subject, "standard")
         assert task is not None, "an own task is one"
@@ -254,7 +262,7 @@ def _kept(
     mount: Mount = "auto",
     realizable: bool = False,
 ) -> Result:
-    """Keep a robot and return the verdict on it."""
+    """Validate a robot, store it in the workspace, and return the verdict."""
     brief = workspace.brief(task)
     report = validate_mjcf(
         robot.mjcf,
@@ -276,14 +284,14 @@ def _kept(
 
 
 def _verdict(report: ValidationReport) -> str:
-    """Return whether a robot or a scene is stable, and what is wrong where it is not."""
+    """Return the verdict of a report in words: stable, out of scope, or bad physics."""
     if report.stable:
         return "stable"
     return "not stable, " + ("sound but out of scope" if report.sound else "its physics does not hold")
 
 
 def _faults(report: ValidationReport) -> list[str]:
-    """Return the account of the faults; nothing where there are none."""
+    """Return a list with the text of all faults, empty without faults."""
     return [report.account()] if report.faults else []
 
 

@@ -1,4 +1,4 @@
-"""All tools by name, in the order in which a designer meets them, and those that only an owner of the job has."""
+"""All tools by name, in the order in which a designer uses them, and the tools that only the owner of a job has."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ OWNER_TOOLS: dict[str, Tool] = {
         Tool.of(function) for function in (jobs.list_tasks, jobs.read_task, jobs.make_task, measuring.evaluate)
     )
 }
-"""Of whoever says what the job is and keeps the score; a team inside a run has none of them."""
+"""Tools of the owner of a job, who defines it and measures success; a team inside a run has none of them."""
 
 
 def tools_table(tools: dict[str, Tool] = TOOLS) -> str:
-    """Return tools as a Markdown table, for the docs: name, arguments, what it does."""
+    """Return tools as a Markdown table for the docs, with names, arguments and descriptions."""
     rows = ["| tool | takes | does |", "|---|---|---|"]
     for tool in tools.values():
         takes = ", ".join(f"`{name}`" for name in tool.arguments.model_fields)

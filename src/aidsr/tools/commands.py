@@ -1,4 +1,4 @@
-"""What a script may command in a scene: groups of the robot's actuators, and what of the environment besides."""
+"""Descriptions of what a script may command in a scene: actuators of the robot and of the environment."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from aidsr.sim.ownership import ROBOT_PREFIX
 
 
 def commands_in_words(scene: TaskScene) -> list[str]:
-    """Return in lines what a script of a scene may command, and what of the environment it may not."""
+    """Return lines on which actuators a script may command in a scene, and which of the environment it may not."""
     model, actions = scene.model, scene.actions
     robots = [group.name for group in actions.groups if _is_robots(group.actuators[0])]
     lines = [f"a script commands, -1 to 1 over the control range: {', '.join(map(_plain, robots))}"]
@@ -23,11 +23,11 @@ def commands_in_words(scene: TaskScene) -> list[str]:
 
 
 def unnamed_in_words(scene: TaskScene, unnamed: Sequence[str]) -> list[str]:
-    """Return in lines what groups do that a script does not name, and what of the environment no script commands.
+    """Return lines on the actions of groups that a script does not name, and on actuators that no script may command.
 
     Args:
-        scene: In which the script is played.
-        unnamed: Names of these groups, with or without "robot/".
+        scene: Scene in which the script is played.
+        unnamed: Names of the groups that the script does not name, with or without "robot/".
     """
     told = [
         f"{_plain(group.name)} at {format_number(rest)}"

@@ -1,4 +1,4 @@
-"""Named things of a model, and how far two of them are from each other."""
+"""Distances between named sites, geoms and bodies of a model."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.tasks.readings import FloatArray
 
 _FAR_M = 10.0
-"""Largest distance between surfaces that is measured. Our choice: beyond any environment of ours."""
+"""Largest distance between surfaces that is measured. Our choice: larger than any built-in environment."""
 _POINT_M = 1e-5
-"""Radius of the sphere that stands for a point."""
+"""Radius of the sphere that represents a point."""
 _OBJ = mujoco.mjtObj
 
 
 @dataclass(frozen=True)
 class Named:
-    """A site, which is a point, or the shapes of a geom or a body."""
+    """A site, which is a point, or a geom, or the geoms of a body."""
 
     name: str
     site: int = -1
@@ -31,10 +31,10 @@ class Named:
 
 
 def find_named(model: mujoco.MjModel, name: str) -> Named:
-    """Return a site, geom or body of a model, the site where several share a name; "robot/" may be left out.
+    """Return the site, geom or body with a name, in this order of preference; "robot/" may be left out.
 
     Raises:
-        UserError: There is none of this name, or it is a body without a shape.
+        UserError: There is no element of this name, or it is a body without geoms.
     """
     for full in (name, ROBOT_PREFIX + name):
         if (site := mujoco.mj_name2id(model, _OBJ.mjOBJ_SITE, full)) >= 0:
@@ -55,10 +55,10 @@ def find_named(model: mujoco.MjModel, name: str) -> Named:
 
 
 def find_pairs(model: mujoco.MjModel, pairs: Sequence[tuple[str, str]]) -> list[tuple[Named, Named]]:
-    """Return pairs of named things between which a distance can be measured.
+    """Return the elements of pairs of names.
 
     Raises:
-        UserError: A name is unknown.
+        UserError: A name is unknown, or belongs to a body without geoms.
     """
     return [(find_named(model, first), find_named(model, second)) for first, second in pairs]
 
@@ -80,10 +80,10 @@ def distance_m(model: mujoco.MjModel, data: mujoco.MjData, first: Named, second:
 
 
 def _from_point_m(model: mujoco.MjModel, data: mujoco.MjData, point: FloatArray, shape: Named) -> float:
-    """Return the distance of a point from the surface of a shape, negative inside [m].
+    """Return the distance of a point from the surface of geoms, negative inside [m].
 
-    MuJoCo measures between geoms, so a geom that is not of the shape lends its place for as long: model and data are
-    as before afterwards.
+    MuJoCo measures distances only between geoms, so another geom is temporarily turned into a small sphere at the
+    point. Model and data are restored afterwards.
 
     Raises:
         UserError: The model has no other geom.

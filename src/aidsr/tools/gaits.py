@@ -1,4 +1,4 @@
-"""What random gaits make of a body: how far it turns, which way and how fast it goes, what it touches first."""
+"""Response of a robot to random gaits: heading drift, velocity and first contacts."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ MOST_GAITS = 64
 def random_gaits(
     scene: MeasuredScene, *, gaits: int = 12, seconds: float = 4.0, seed: int = 0, variation: int = 0
 ) -> Measured:
-    """Play random gaits and return heading, velocity and what was touched first.
+    """Play random gaits and measure heading drift, velocity and first contacts.
 
-    A gait is a sinusoid of a frequency of its own for each group of actuators, or none for those it leaves at rest. A
-    body that turns under most of them gets lost before it learns; one that moves the right way under any has a passive
-    property that helps it.
+    A gait is a sinusoid with its own frequency for each actuator group; some groups stay at rest. A robot that turns
+    under most gaits loses its way before it learns. A robot that moves in the right direction under any gait has a
+    passive property that helps learning.
 
     Args:
         scene: The scene.
-        gaits: How many.
-        seconds: How long each is played.
-        seed: Of the gaits.
+        gaits: Number of gaits.
+        seconds: Duration of each gait [s].
+        seed: Seed of the random generator.
         variation: Index of the development variation.
 
     Raises:
-        UserError: A number is out of range, or the scene is not one of its task.
+        UserError: A number is out of range, or the scene does not belong to its task.
         MjcfError: The scene cannot be loaded.
-        IsolationError: It took too long.
+        IsolationError: The measurement exceeded a limit.
     """
     import numpy as np
 
@@ -90,7 +90,7 @@ def random_gaits(
 
 
 def _first_touches(found: list[Recording]) -> str:
-    """Return what the gaits touched first that nothing touched at the start."""
+    """Return a line on the first contacts of the gaits, without contacts that exist at the start."""
     firsts: Counter[str] = Counter()
     times: dict[str, list[float]] = {}
     for one in found:
@@ -103,6 +103,6 @@ def _first_touches(found: list[Recording]) -> str:
 
 
 def _ends(found: list[Recording]) -> str:
-    """Return what ended gaits before their time."""
+    """Return a line on why gaits ended early; empty where none did."""
     ends = Counter(one.ended for one in found if not one.ended.startswith(("all that", "the task's time")))
     return "ended early: " + "; ".join(f"{count} x {words}" for words, count in ends.most_common()) if ends else ""

@@ -1,4 +1,4 @@
-"""What is to be done: list_tasks, read_task, and make_task for an environment and a goal of one's own."""
+"""Tools for tasks: list_tasks, read_task, and make_task, which makes a task of a given environment and goal."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from aidsr.tools.workspace import Workspace, is_own
 
 
 class TaskLine(Artifact):
-    """One task of the list."""
+    """One task in the list of tasks."""
 
     name: str
     objective: str
 
 
 class TaskDescription(Artifact):
-    """What a designer needs to know about a task."""
+    """Description of a task for a designer."""
 
     name: str
     objective: str
     base: str
-    """"fixed" to a mount, "moving" with one, "free", or "any"."""
+    """How the root of the robot is held: "fixed" to a mount, "moving" with a mount, "free", or "any"."""
     needs_contact: bool
     time_limit_s: float
     hold_s: float
     judging: dict[str, str]
-    """What differs between episodes, what success is, the stages on the way to it, and what counts against it."""
+    """Texts by title: what varies between episodes, the definition of success, the stages towards it, and failures."""
     environment: EnvironmentSummary
     environment_mjcf: str
 
@@ -86,7 +86,7 @@ def make_task(
     ],
 ) -> Result:
     """Keep an environment and a goal of your own as a task that all tools take, after checking that it can be met."""
-    if "<" not in environment:  # elsewhere such a string is a path; a client must not make the server read files
+    if "<" not in environment:  # loaders treat such a text as a path; a client must not make the server read files
         raise UserError(f"not an MJCF document: {environment[:80]!r}; give the text of one, not its path")
     asked = parse_goal(goal)
     task = goal_task(asked, environment)

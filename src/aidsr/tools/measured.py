@@ -1,4 +1,4 @@
-"""What a measurement brings: named figures with units, and lines that explain them."""
+"""Result of a measurement: named figures with units, and lines of explanation."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ from aidsr.core.artifacts import Artifact
 from aidsr.core.formatting import format_number
 
 _NOTHING = 1e-6
-"""Values below are rounding of the simulation. Our choice: a nanometre in mm, in every unit used here."""
+"""Absolute value below which a value counts as zero, in any unit. Our choice: a nanometre in mm; smaller values are
+rounding errors of the simulation."""
 
 
 def format_value(value: float) -> str:
-    """Return a measured value to three digits."""
+    """Return a measured value as text with three digits."""
     return format_number(value if abs(value) >= _NOTHING else 0.0)
 
 
@@ -21,29 +22,29 @@ class Figure(Artifact):
     value: float
     unit: str = ""
     note: str = ""
-    """When or where it was, in a clause."""
+    """Time or place of the measurement, in a clause."""
 
     @property
     def text(self) -> str:
-        """The number with its unit."""
+        """The value with its unit."""
         return f"{format_value(self.value)} {self.unit}".strip()
 
     @property
     def cell(self) -> str:
-        """The number as a cell of a table, whose column has the unit."""
+        """The value and note for a cell of a table; the unit is in the column's title."""
         return f"{format_value(self.value)} {self.note}".strip()
 
 
 class Measured(Artifact):
-    """One measurement."""
+    """The result of one measurement."""
 
     figures: tuple[Figure, ...]
     lines: tuple[str, ...] = ()
-    """What the figures were read off, one thing each."""
+    """Lines of details behind the figures."""
     remark: str = ""
-    """What a row of a table says behind its figures."""
+    """Remark after the figures in a row of a table."""
     setting: str = ""
-    """What sets the variation apart in which it was measured; a row of a table says it before its figures."""
+    """Description of the variation, before the figures in a row of a table."""
 
     def figure(self, name: str) -> float:
         """Return the value of a figure.
@@ -55,5 +56,5 @@ class Measured(Artifact):
 
     @property
     def text(self) -> str:
-        """The figures in a line, then the lines."""
+        """One line with all figures, followed by `lines`."""
         return "\n".join(["; ".join(f"{each.name} {each.text}" for each in self.figures), *self.lines])

@@ -51,13 +51,13 @@ Seed = Annotated[int, Field(ge=0)]
 _MOST_VALUES = 12
 _MOST_EPISODES = 1000
 _MOMENTS = 5
-"""Of a motion, in a picture."""
+"""Number of frames of a motion in a picture."""
 _TRAININGS = "training"
-"""Folder of the trainings of a scene, in its folder."""
+"""Name of the folder of a scene's trainings, in the folder of the scene."""
 _MOST_STEPS = 50_000_000
-"""Of one search. Our choice: it takes an hour for a small body."""
+"""Largest number of physics steps of one search. Our choice: this takes an hour for a small robot."""
 _LARGEST_FORCE_N = 1e4
-"""Our choice: the weight of a tonne."""
+"""Largest force of a load. Our choice: the weight of a tonne."""
 
 
 class How(Artifact):
@@ -203,7 +203,7 @@ def sweep(
 
 
 def _compared(varied: str, rows: Sequence[tuple[str, Measured | AidsrError]]) -> str:
-    """Return the first figure of each row that has one in a line."""
+    """Return one line with the first figure of each row that has figures."""
     measured = [(value, found) for value, found in rows if isinstance(found, Measured)]
     first = [(value, found.figures[0]) for value, found in measured if found.figures]
     if not first:
@@ -212,7 +212,7 @@ def _compared(varied: str, rows: Sequence[tuple[str, Measured | AidsrError]]) ->
 
 
 def _table(varied: str, rows: Sequence[tuple[str, Measured | AidsrError]], what: str = "") -> list[str]:
-    """Return a line for each measurement under a line of titles; what failed says why."""
+    """Return a header line and a line for each measurement; a failed measurement has its error message."""
     head, lines = what, []
     for value, found in rows:
         if isinstance(found, AidsrError):
@@ -226,7 +226,7 @@ def _table(varied: str, rows: Sequence[tuple[str, Measured | AidsrError]], what:
 
 
 def _play_all(subject: MeasuredScene, how: How) -> list[Recording]:
-    """Return what a script does in each of the variations that are asked for."""
+    """Play a script in each of the requested variations and return the recordings."""
     variations = how.variations or (how.variation,)
     return list(play_variations(subject, how.script, variations=variations, seconds=how.seconds, distances=how.pairs))
 
@@ -307,7 +307,7 @@ def evaluate(
 def _judged(
     subject: MeasuredScene, folder: Path, episodes: int, split: Split, head: str
 ) -> tuple[Result, Sequence[EpisodeResult]]:
-    """Return how a trained policy does on as many variations of a split, and its episodes."""
+    """Evaluate a trained policy on variations of a split; return the result, which begins with `head`, and episodes."""
     from aidsr.learn.rl.isolated_learning import run_evaluation
 
     found = run_evaluation(folder, episodes, None, split, 1, False, False, lambda _point: None)
@@ -329,10 +329,10 @@ def _judged(
 
 
 def _measure(how: How, what: What) -> Callable[[MeasuredScene], Measured]:
-    """Return what measures a robot or a scene.
+    """Return the function that makes a measurement of a robot or a scene.
 
     Raises:
-        UserError: A detail is missing.
+        UserError: A required detail is missing.
     """
     if what == "play" and not how.script:
         raise UserError('play needs a script: "how": {"script": "…"}')
@@ -350,7 +350,7 @@ def _measure(how: How, what: What) -> Callable[[MeasuredScene], Measured]:
 
 
 def _with_part(workspace: Workspace, subject: str, how: How) -> How:
-    """Return the details with the functional part where no other is named."""
+    """Return the details, with the functional part as the part if none is named."""
     if how.part:
         return how
     own = FUNCTIONAL_SITE if subject.startswith("scene") else workspace.robot(subject).functional_part
@@ -358,16 +358,16 @@ def _with_part(workspace: Workspace, subject: str, how: How) -> How:
 
 
 def _changed(workspace: Workspace, subject: str, select: str, attribute: str, value: str) -> MeasuredScene:
-    """Return a robot or a scene with another value of one attribute of the robot.
+    """Return a robot or a scene with a changed attribute of the robot.
 
     Raises:
-        UserError: Nothing is selected, or the attribute has no such name.
+        UserError: No element is selected, or the name of the attribute is invalid.
         MjcfError: The changed robot cannot be loaded.
     """
     is_scene = subject.startswith("scene")
     name = workspace.record(subject).robot if is_scene else subject
     robot = workspace.robot(name)
-    select = select.replace(ROBOT_PREFIX, "")  # names stand with it in a scene and in results
+    select = select.replace(ROBOT_PREFIX, "")  # names have this prefix in a scene and in results
     if not attribute.isidentifier():
         raise UserError(f'"{attribute}" is not the name of an attribute')
     try:

@@ -1,4 +1,4 @@
-"""A script as the controls of a simulation, for pictures of it."""
+"""Facts about a scene before a script is played, and conversion of a script to controls for pictures."""
 
 from __future__ import annotations
 
@@ -9,22 +9,23 @@ from aidsr.tools.scene import MeasuredScene
 
 
 class Controls(Artifact):
-    """Controls of every actuator of a scene over time."""
+    """Controls of all actuators of a scene over time."""
 
     rows: tuple[tuple[float, ...], ...]
-    """(n_frames, nu)."""
+    """Controls in each frame (n_frames, nu)."""
     per_s: float
-    """Frames in a second."""
+    """Frames per second."""
 
 
 @isolated
 def scene_facts(scene: MeasuredScene) -> tuple[str, ...]:
-    """Return in lines what keeps every policy of a scene from being valid, and what a script may command there.
+    """Return lines on what makes every policy of a scene invalid, and on what a script may command.
 
-    How far its robot starts from the mount is always said; the functional part where it is too much of the robot.
+    The robot's distance from its mount at the start is always included; the functional part only if it makes up too
+    much of the robot.
 
     Raises:
-        UserError: Nothing can be commanded, or the scene is not one of its task.
+        UserError: Nothing can be commanded, or the scene does not belong to its task.
         MjcfError: The scene cannot be loaded.
     """
     from aidsr.learn.episodes.plausibility import part_check, start_check
@@ -47,10 +48,10 @@ def scene_facts(scene: MeasuredScene) -> tuple[str, ...]:
 
 @isolated
 def controls(scene: MeasuredScene, script: str, seconds: float) -> Controls:
-    """Return the controls of a scene under a script; what the environment itself drives stays at 0.
+    """Return the controls of a scene under a script; actuators that the environment itself drives stay at 0.
 
     Raises:
-        UserError: The script cannot be read or names what is not there, or the scene is not one of its task.
+        UserError: The script cannot be parsed or names an unknown group, or the scene does not belong to its task.
         MjcfError: The scene cannot be loaded.
     """
     import numpy as np

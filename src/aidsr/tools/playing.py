@@ -1,4 +1,4 @@
-"""Play a script on a scene and record it step by step, in an isolated process."""
+"""Playing of scripts and policies on a scene with recording of every control step, in an isolated process."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from aidsr.tasks.variation import Variation
 
 _LIMITS = Limits(wall_s=7200.0, cpu_s=4800.0)
-"""Our choice: many times what eight episodes of the largest built-in body take."""
+"""Limits of playing scripts. Our choice: many times the duration of eight episodes of the largest built-in robot."""
 _POLICY_LIMITS = Limits(wall_s=7200.0, cpu_s=4800.0, memory_mib=16_384)
-"""The same, with the memory that torch maps."""
+"""Limits of playing a policy: as above, with the address space that torch maps."""
 
 
 def play(
@@ -35,7 +35,7 @@ def play(
     seconds: float = 0.0,
     distances: Sequence[tuple[str, str]] = (),
 ) -> Recording:
-    """Play a script from the beginning of one episode; see `play_variations`."""
+    """Play a script from the start of one episode and return the recording; see `play_variations`."""
     return play_variations(scene, script, variations=(variation,), seconds=seconds, distances=distances)[0]
 
 
@@ -48,23 +48,23 @@ def play_variations(
     seconds: float = 0.0,
     distances: Sequence[tuple[str, str]] = (),
 ) -> tuple[Recording, ...]:
-    """Play a script from the beginning of an episode of each variation and return what happened.
+    """Play a script from the start of one episode of each variation and return the recordings.
 
-    Those that succeed are played again as `aidsr evaluate` does for the verdict "valid": with slack cables, with a
-    locked soft body, without the other actuators, at half the time step, and with another integrator; all of them side
-    by side.
+    Successful episodes are repeated with the tests that `aidsr evaluate` uses for the verdict "valid": with slack
+    cables, with a locked soft body, without other actuators, at half the time step, and with another integrator. Each
+    test runs all these episodes as one batch.
 
     Args:
         scene: The scene.
-        script: See `aidsr.learn.openloop.script.GRAMMAR`.
+        script: Motion script; see `aidsr.learn.openloop.script.GRAMMAR`.
         variations: Indices of the development variations.
-        seconds: How long to play; the task's time limit unless given.
-        distances: Pairs of sites, or of geoms or bodies, whose distance is measured at every control step.
+        seconds: Duration [s], at most the task's time limit; 0 for the time limit.
+        distances: Pairs of names of sites, geoms or bodies whose distance is measured at every control step.
 
     Raises:
-        UserError: The script cannot be read or names what is not there, or the scene is not one of its task.
+        UserError: The script cannot be parsed or names an unknown group, or the scene does not belong to its task.
         MjcfError: The scene cannot be loaded.
-        IsolationError: Playing ran past its limits.
+        IsolationError: Playing exceeded a limit.
     """
     from aidsr.learn.openloop.script import parse_script
 
@@ -81,22 +81,22 @@ def play_variations(
 
 
 def _motion(scene: TaskScene, tracks: Script) -> ScriptPolicy:
-    """Return what plays a script in a scene, from its beginning."""
+    """Return a policy that plays a script in a scene from its start."""
     names = [group.name for group in scene.actions.groups]
     return tracks.played_by(names, scene.actions.rest, scene.task.control_dt_s)
 
 
 @isolated(limits=_POLICY_LIMITS, prepare=("aidsr.learn.rl.trained",))
 def play_policy(folder: Path, variation: int) -> Recording:
-    """Play one development variation with a trained policy, without noise, and return what happened.
+    """Play one development variation with a trained policy, without noise, and return the recording.
 
     Args:
-        folder: Of the finished training.
+        folder: Folder of the finished training.
         variation: Index of the variation.
 
     Raises:
         UserError: There is no finished training.
-        IsolationError: Playing ran past its limits.
+        IsolationError: Playing exceeded a limit.
     """
     from aidsr.learn.rl.policy import one_torch_thread
     from aidsr.learn.rl.trained import FinishedTraining
@@ -109,7 +109,7 @@ def play_policy(folder: Path, variation: int) -> Recording:
 def _episodes(
     scene: TaskScene, model: MjModel, variations: Sequence[Variation], seconds: float, smoothing: float = 0.0
 ) -> Episodes:
-    """Return episodes of a model of the scene, cut off after `seconds` where these are not 0."""
+    """Return episodes of a model of the scene, limited to `seconds` unless 0."""
     from aidsr.learn.episodes.batch import Episodes
 
     episodes = Episodes(model, scene.task, scene.actions, variations, threads=1, smoothing=smoothing)
@@ -121,7 +121,7 @@ def _episodes(
 def _played_again(
     scene: TaskScene, tracks: Script, won: Sequence[int], seconds: float
 ) -> list[dict[str, tuple[str, ...]]]:
-    """Return for each variation that a script wins the fields `not_valid` and `fragile` of its recording."""
+    """Test a script's successes; return the fields `not_valid` and `fragile` of the recording of each variation."""
     import numpy as np
 
     from aidsr.learn.episodes.rollout import rollout
@@ -170,15 +170,15 @@ def record(
     distances: Sequence[tuple[str, str]] = (),
     smoothing: float = 0.0,
 ) -> Recording:
-    """Let a policy play one episode and return what happened; see `play`.
+    """Play one episode with a policy in this process and return the recording.
 
     Args:
         scene: The scene.
-        policy: Acts.
+        policy: The policy.
         variation: Index of the development variation.
-        seconds: How long to play; the task's time limit unless given.
-        distances: Pairs of names whose distance is measured.
-        smoothing: Share of the previous action that is kept in the next, as the policy was trained with.
+        seconds: Duration [s], at most the task's time limit; 0 for the time limit.
+        distances: Pairs of names of sites, geoms or bodies whose distance is measured.
+        smoothing: Share of the previous action in the next action, as in the training of the policy.
     """
     from aidsr.learn.episodes.rollout import rollout
     from aidsr.learn.openloop.script import ScriptPolicy

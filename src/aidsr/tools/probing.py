@@ -1,4 +1,4 @@
-"""How far a body gets without learning, by the best of many open-loop motions; see `aidsr.learn.openloop`."""
+"""Probe of a scene: progress of the best of many open-loop motions, without learning; see `aidsr.learn.openloop`."""
 
 from __future__ import annotations
 
@@ -12,21 +12,22 @@ from aidsr.tools.scene import MeasuredScene
 
 _LIMITS = Limits(wall_s=7200.0, cpu_s=3600.0)
 _STEPS_PER_S, _LEAST_STEPS = 1_000_000 / 60, 500_000
-"""Physics steps of a search for each second that an episode may last, and at least. Our choice: in 150,000 steps
-fewer than 40 motions of a task of 50 s were tried, and scenes came out in any order; in 250,000 of one of 15 s 41."""
+"""Physics steps of a search per second of the task's time limit, and smallest number of steps. Our choice: with 150,000
+steps for a task of 50 s, fewer than 40 motions were tried and the ranking of scenes was random; with 250,000 steps for
+a task of 15 s, 41 motions were tried."""
 _LONGEST_S = 15.0
-"""How long motions of the search are played. Our choice: a crawler shows after 15 s whether it goes straight."""
+"""Longest duration of a motion in the search. Our choice: after 15 s it is visible whether a crawler goes straight."""
 _CANDIDATES = 320
 _MOST_SEEDS = 8
 MEAN_PROGRESS = "progress, mean of the seeds"
-"""The figure of a probe by which scenes are compared."""
+"""Name of the figure of a probe by which scenes are compared."""
 
 
 class Probed(Measured):
-    """What a probe found."""
+    """Result of a probe."""
 
     best: ProbedVariation
-    """The motion that got farthest, and the variation in which it did."""
+    """The best motion, with its variation and episode."""
 
 
 @isolated(limits=_LIMITS)
@@ -38,22 +39,23 @@ def probe_motions(
     steps: int = 0,
     seconds: float = 0.0,
 ) -> Probed:
-    """Search open-loop motions with several seeds, and play the best one again with figures.
+    """Search for open-loop motions with several seeds, then play and record the best one for a full episode.
 
-    Ramps, sinusoids of one frequency, both, and gaits from rest with a frequency for each group; groups may stay at
-    rest. Each seed is a search of its own: they show how much a result is worth.
+    The motions are ramps, sinusoids of one frequency, combinations of both, and gaits from rest with a frequency for
+    each group; some groups can stay at rest. Each seed is a separate search; the spread over seeds shows the
+    reliability of the result.
 
     Args:
         scene: The scene.
-        seeds: Of the searches.
-        variations: Development variations, each searched for itself.
-        steps: Physics steps of each search; by the length of the task's episodes unless given.
-        seconds: How long a motion of the search is played at most; 15 s, or the task's time, unless given.
+        seeds: Seeds of the searches.
+        variations: Number of development variations, each searched separately.
+        steps: Physics steps of each search; 0 for a number that depends on the task's time limit.
+        seconds: Longest duration of a motion in the search [s], at most the task's time limit; 0 for 15 s.
 
     Raises:
-        UserError: A number is out of range, or the scene is not one of its task.
+        UserError: A number is out of range, or the scene does not belong to its task.
         MjcfError: The scene cannot be loaded.
-        IsolationError: It took too long.
+        IsolationError: The probe exceeded a limit.
     """
     import numpy as np
 

@@ -1,4 +1,4 @@
-"""Measures one episode at every control step, in a simulation of its own that follows the episode's state."""
+"""Recorder of one episode, which measures every control step in a copy of the simulation state."""
 
 from __future__ import annotations
 
@@ -22,24 +22,25 @@ from aidsr.tools.recording import Asked, Distance, Moment, Recording, Touch
 from aidsr.tools.resting import TOUCH_N
 
 _START_S = 0.3
-"""What is touched before this is what the robot was placed on. Our choice: it falls a hand's breadth in this time."""
+"""Time before which contacts are attributed to the robot's placement. Our choice: in this time it falls the width of a
+hand."""
 _ROUNDING = 1e-6
 _INSIDE_M = 0.0005
-"""Overlap at the start that is told. Our choice: what a weight presses into a soft contact is less."""
+"""Smallest overlap at the start that is reported. Our choice: more than the penetration of a soft contact by weight."""
 
 
 @dataclass
 class _Felt:
-    """Contact of the robot with one shape, so far."""
+    """Contact of the robot with one geom of the environment, accumulated over control steps."""
 
     bodies: dict[str, None] = field(default_factory=dict)
     first_s: float = 0.0
     forces_n: list[float] = field(default_factory=list)
     peak: tuple[float, float, str] = (0.0, 0.0, "")
-    """The largest of the forces [N], when it was [s], and the body that pressed hardest then."""
+    """Largest total force [N], its time [s], and the body with the largest force at that time."""
 
     def add(self, time_s: float, force_n: dict[str, float]) -> None:
-        """Add the forces of the robot's bodies at one time [N]."""
+        """Add the forces of the robot's bodies at one time, by the name of the body [N]."""
         self.bodies |= dict.fromkeys(force_n)
         self.forces_n.append(sum(force_n.values()))
         self.peak = max(self.peak, (self.forces_n[-1], time_s, max(force_n, key=force_n.__getitem__)), key=_force_n)
@@ -50,13 +51,13 @@ def _force_n(peak: tuple[float, float, str]) -> float:
 
 
 class Recorder:
-    """Follows an episode.
+    """Recorder that follows one episode.
 
     Args:
         scene: The scene.
-        variation: Of the episode.
-        episodes: Just reset, the only one.
-        distances: Pairs of names.
+        variation: Variation of the episode.
+        episodes: Batch with this episode only, just reset.
+        distances: Pairs of names of sites, geoms or bodies whose distance is measured.
 
     Raises:
         UserError: A name is unknown.
@@ -100,7 +101,7 @@ class Recorder:
             self._best, self._asked = self.moments[-1].progress, self._conditions()
 
     def recording(self, outcomes: EpisodeOutcomes, variation: int) -> Recording:
-        """Return what was recorded."""
+        """Return the recording of the finished episode."""
         self._features.append(self._observed())
         steps = len(self.moments)
         touches = [
@@ -144,7 +145,7 @@ class Recorder:
         )
 
     def _conditions(self) -> tuple[Asked, ...]:
-        """Return what the stages ask for, as it is now."""
+        """Return the quantities in the conditions of the stages, in the current state."""
         return tuple(
             Asked(
                 name=one.name,
@@ -182,7 +183,7 @@ class Recorder:
         )
 
     def _heading_deg(self) -> float:
-        """Return how far the root has turned about the vertical, whole turns counted."""
+        """Return the rotation of the root about the vertical since the start, full turns included [deg]."""
         turned = self._data.xmat[self._root].reshape(3, 3) @ self._upright.T
         now = float(np.rad2deg(np.arctan2(turned[1, 0] - turned[0, 1], turned[0, 0] + turned[1, 1])))
         self._turns += 360.0 * round((self._last_turn_deg - now) / 360.0)
@@ -190,7 +191,7 @@ class Recorder:
         return now + self._turns
 
     def _feel(self, time_s: float) -> None:
-        """Add the contacts of the present state."""
+        """Add the contacts of the current state."""
         model, data, force = self._model, self._data, np.zeros(6)
         now: dict[str, dict[str, float]] = {}
         itself: set[str] = set()
@@ -215,7 +216,7 @@ class Recorder:
         self._itself += bool(itself)
 
     def _inside(self) -> dict[str, float]:
-        """Return the shapes of the environment that the robot is inside of, and how deep [m]."""
+        """Return the depths of overlap with the robot, by the name of the environment's geom [m]."""
         found: dict[str, float] = {}
         for contact in self._data.contact[: self._data.ncon]:
             own, other = sorted((int(geom) for geom in contact.geom), key=lambda geom: not self._is_robot(geom))
@@ -228,7 +229,7 @@ class Recorder:
         return bool(self._robot[self._model.geom_bodyid[geom]])
 
     def _label(self, geom: int) -> str:
-        """Return the name of a shape, or of its body where it has none."""
+        """Return the name of a geom, or of its body if it has none."""
         return str(self._model.geom(geom).name) or self._names[self._model.geom_bodyid[geom]]
 
     def _distances(self) -> tuple[Distance, ...]:
@@ -248,13 +249,13 @@ class Recorder:
         return tuple(found)
 
     def _observed(self) -> list[float]:
-        """Return the task's features in the present observation, where they stand last."""
+        """Return the task's features, which are the last entries of the current observation."""
         size = sum(feature.size for feature in self._task.features)
         return [float(value) for value in self._episodes.observation[0][-size:]] if size else []
 
 
 def _feature_names(task: Task) -> list[tuple[str, str]]:
-    """Return name and unit of every number that a task observes."""
+    """Return name and unit of every number in a task's features."""
     return [
         (feature.name + (f" {_number(feature, index)}" if feature.size > 1 else ""), feature.unit)
         for feature in task.features
@@ -263,7 +264,7 @@ def _feature_names(task: Task) -> list[tuple[str, str]]:
 
 
 def _number(feature: Feature, index: int) -> str:
-    """Return which number of a feature it is: an axis where there are three with a unit, else its index."""
+    """Return the label of a number of a feature: an axis for features of three numbers with a unit, else its index."""
     return "xyz"[index] if feature.size == 3 and feature.unit else f"[{index}]"
 
 

@@ -1,4 +1,4 @@
-"""One episode in figures: path, heading, contacts, distances, stages, and what ended it."""
+"""Recording of one episode and its description: path, heading, contacts, distances, stages, reason of its end."""
 
 from __future__ import annotations
 
@@ -10,39 +10,42 @@ from aidsr.core.formatting import format_number
 from aidsr.tools.measured import Figure, format_value
 
 _ROWS = 9
-"""Moments in the table of the text."""
+"""Number of rows in the table of the text."""
 _MOST_CONTACTS = 10
 _MOST_BODIES = 3
-"""Our choice: what a reader takes in; all of it stands in the file."""
+"""Numbers of contacts, and of bodies for each contact, in the text. Our choice: readable."""
 _AT_ONCE_S = 0.05
-"""What is touched within a control step is told as touched at the start."""
+"""Time within which a first contact is described as "at the start": one control step."""
 _DELICATE = "too delicate to rely on: give it more clearance, or steadier contact"
 _SAME_M = 5e-6
-"""Overlaps that differ by less are told as one. Our choice: they are told in hundredths of a millimetre."""
+"""Overlaps that differ by less are described as equal. Our choice: the text has hundredths of a millimetre."""
 
 
 class Touch(Artifact):
-    """What one shape of the environment felt of the robot."""
+    """Contact of the robot with one geom of the environment over an episode."""
 
     geom: str
-    """The shape, or its body where it has no name."""
+    """Name of the geom, or of its body where it has no name."""
     bodies: tuple[str, ...]
-    """Bodies of the robot that touched it, in the order in which they did."""
+    """Bodies of the robot that touched it, in the order of their first contact."""
     first_s: float
+    """Time of the first contact."""
     share: float
-    """Of the time during which it was touched."""
+    """Share of the control steps with contact."""
     mean_n: float
-    """Normal forces together, while it was touched."""
+    """Mean of the total normal force over the control steps with contact."""
     peak_n: float
-    """The largest of these at a control step, when it was, and which of the bodies pressed hardest then."""
+    """Largest total normal force at a control step."""
     peak_s: float
+    """Time of the largest force."""
     peak_by: str
+    """Body of the robot with the largest share of the largest force."""
     at_start: bool
-    """Whether it was touched within 0.3 s, as what the robot was placed on."""
+    """Whether it was touched within 0.3 s, such as the surface on which the robot was placed."""
 
 
 class Distance(Artifact):
-    """How far two named things were from each other over time: points, or surfaces."""
+    """Distance between two named sites, geoms or bodies over an episode."""
 
     first: str
     second: str
@@ -53,7 +56,7 @@ class Distance(Artifact):
 
 
 class Asked(Artifact):
-    """A number that the stages of the task ask for, against its limit."""
+    """A quantity in the conditions of the task's stages, with its limit."""
 
     name: str
     value: float
@@ -63,7 +66,7 @@ class Asked(Artifact):
 
     @property
     def text(self) -> str:
-        """The number as a clause, such as "raised by 12 mm (at least 100)"."""
+        """The quantity as a clause, such as "raised by 12 mm (at least 100)"."""
         asked = f"at {'least' if self.at_least else 'most'} {format_value(self.limit)}"
         return f"{self.name} {format_value(self.value)} {self.unit}".rstrip() + f" ({asked})"
 
@@ -76,67 +79,69 @@ class Moment(Artifact):
     center_m: Vec3
     """Centre of mass of the robot in the world."""
     heading_deg: float
-    """How far the robot's root has turned about the vertical since the start, to the left."""
+    """Rotation of the robot's root about the vertical since the start, positive to the left."""
     distances_m: tuple[float, ...]
+    """Distances of the requested pairs."""
 
 
 class Recording(Artifact):
-    """One episode that was played."""
+    """Recording of one episode."""
 
     variation: int
-    """Index among the development variations."""
+    """Index of the development variation."""
     varied: str
-    """What sets this variation apart, in the task's words; empty where nothing does."""
+    """Description of this variation by the task; empty where nothing varies."""
     ended: str
-    """What ended it, in words."""
+    """Reason of its end, in words."""
     succeeded: bool
     best_progress: float
     moments: tuple[Moment, ...]
-    """The start, and every control step."""
+    """States at the start and after every control step."""
     stages: tuple[tuple[str, float | None], ...]
-    """Stages of the task, and when each was reached; None where it was not."""
+    """Stages of the task with the time when each was reached [s]; None where it was not reached."""
     touches: tuple[Touch, ...]
+    """Contacts with geoms of the environment, in the order of their first contact."""
     self_touch_share: float
-    """Share of the time during which the robot touched itself."""
+    """Share of the control steps with self-contact of the robot."""
     distances: tuple[Distance, ...]
     features: tuple[tuple[str, str, float, float], ...]
-    """What the task observes: name, unit, value at the start and at the end."""
+    """Observations of the task: name, unit, values at the start and at the end."""
     self_touching: str = ""
-    """The two parts of the robot that touched each other longest."""
+    """The two bodies of the robot with the longest self-contact."""
     reached: str = ""
-    """The stage that it came to, in words."""
+    """Highest stage reached, in words."""
     held_s: float = 0.0
-    """The longest that the goal held without a break."""
+    """Longest uninterrupted time for which the goal was held."""
     hold_s: float = 0.0
-    """How long it has to."""
+    """Time for which the goal must be held."""
     passed: tuple[PassedLimit, ...] = ()
-    """Limits of a goal that it passed."""
+    """Limits of a goal that were exceeded."""
     against_s: float = 0.0
-    """How long it did what counts against it."""
+    """Time in violation of a rule of the task."""
     overlaps: tuple[tuple[str, float, float], ...] = ()
-    """Shapes of the environment that the robot is inside of at the start: how deep in this variation, and how deep
-    where the environment describes them [m]."""
+    """Geoms of the environment that overlap with the robot at the start: name, depth in this variation [m], and depth
+    in the environment without variation [m]."""
     asked: tuple[Asked, ...] = ()
-    """What the stages ask for, as it was when progress was best."""
+    """Quantities in the conditions of the stages, at the time of the best progress."""
     counted: str = ""
-    """What progress is made of, where that is a person's own goal."""
+    """Definition of progress, where the task is made of a goal."""
     cut_off: tuple[str, ...] = ()
-    """What the motion asks for beyond the control range, in clauses."""
+    """Commands of the motion beyond the control range, in clauses."""
     commands: tuple[str, ...] = ()
-    """What a script leaves out that it could command, and what of the environment it cannot, in lines."""
+    """Lines on groups that the script does not name, and on actuators of the environment that it cannot command."""
     not_valid: tuple[str, ...] | None = None
-    """Why this success is not the work of cables and soft body, in clauses; None where that was not tried."""
+    """Reasons why cables and soft body are not what achieves this success, in clauses; None where not tested."""
     fragile: tuple[str, ...] = ()
-    """How the same physics is computed where the same motion does not succeed, in clauses."""
+    """Numerical variants of the same physics in which the same motion fails, in clauses."""
 
     @property
     def duration_s(self) -> float:
-        """How long it lasted."""
+        """Duration of the episode."""
         return self.moments[-1].time_s
 
     @property
     def path_m(self) -> float:
-        """Length of the way of the centre of mass."""
+        """Length of the path of the centre of mass."""
         points = [moment.center_m for moment in self.moments]
         return sum(_distance(a, b) for a, b in itertools.pairwise(points))
 
@@ -147,14 +152,14 @@ class Recording(Artifact):
 
     @property
     def mean_velocity_m_s(self) -> Vec3:
-        """Displacement of the centre of mass over the time it took."""
+        """Displacement of the centre of mass / duration."""
         (x0, y0, z0), (x1, y1, z1) = self.moments[0].center_m, self.moments[-1].center_m
         time_s = self.duration_s or 1.0
         return (x1 - x0) / time_s, (y1 - y0) / time_s, (z1 - z0) / time_s
 
     @property
     def figures(self) -> tuple[Figure, ...]:
-        """The figures by which episodes are compared."""
+        """Numbers by which episodes are compared."""
         vx, vy, vz = (1000 * value for value in self.mean_velocity_m_s)
         return (
             Figure(name="best progress", value=self.best_progress),
@@ -170,7 +175,7 @@ class Recording(Artifact):
         )
 
     def _peak(self) -> Figure:
-        """Return the largest force on a shape of the environment, with its time and who touched what."""
+        """Return the largest contact force on a geom of the environment, with its time, body and geom as a note."""
         name, hardest = "peak contact force", max(self.touches, key=lambda touch: touch.peak_n, default=None)
         if hardest is None:
             return Figure(name=name, value=0.0, unit="N")
@@ -178,11 +183,11 @@ class Recording(Artifact):
         return Figure(name=name, value=hardest.peak_n, unit="N", note=note)
 
     def text(self) -> str:
-        """Return the episode in at most 45 lines."""
+        """Return the description of the episode in at most 45 lines."""
         return "\n".join([*self.account(), *self._features(), *self._table()])
 
     def account(self) -> list[str]:
-        """Return in lines how far it came, by what way, what it touched and what ended it."""
+        """Return lines on progress, path, contacts, distances and the reason of the end."""
         return [
             f"{format_number(self.duration_s)} s of development variation {self.variation}, best progress "
             f"{self.best_progress:.2f}. Ended: {self.ended}",
@@ -224,7 +229,7 @@ class Recording(Artifact):
 
     @property
     def phase(self) -> str:
-        """How far it came, what it passed first, and whether such a policy would be valid, in clauses."""
+        """Highest stage reached, first limit exceeded, and whether such a policy would be valid, in clauses."""
         held = f", held {self.held_s:.3g} s of {self.hold_s:.3g} s" if self.held_s and not self.succeeded else ""
         passed = f"; {self.passed[0].text}" if self.passed else ""
         asked = f"; when progress was best: {self._asked()}" if self.asked and not self.succeeded else ""
@@ -300,7 +305,11 @@ class Recording(Artifact):
 
 
 def validity_in_words(played: Sequence[Recording]) -> str:
-    """Return how many variations `play_variations` won, and in which of these a policy that does the same is valid."""
+    """Return in how many variations a script succeeded, and in which of these such a policy would be valid, in words.
+
+    Args:
+        played: Recordings of `play_variations`.
+    """
     from aidsr.learn.episodes.plausibility import SURVIVING
 
     won = [one for one in played if one.succeeded]

@@ -1,4 +1,4 @@
-"""A robot or scene that has come to rest, and what one pull or push does to it from there."""
+"""Simulation of a robot or scene at rest, and of its new rest state under a pull or push."""
 
 from __future__ import annotations
 
@@ -21,36 +21,37 @@ from aidsr.validation.mount import mount_model
 Vector = NDArray[np.float64]
 
 TOUCH_N = 1e-3
-"""Normal force from which a contact counts. Our choice: below the weight of any part."""
+"""Smallest normal force that counts as a contact. Our choice: below the weight of any part."""
 
 _RAMP_S = 0.5
-"""How long a pull or push grows. Our choice: slow against the swing of a limb of this size."""
+"""Time in which a pull or push increases to its full value. Our choice: slow compared with the swing of a limb."""
 _LONGEST_S = 6.0
-"""How long is waited for rest. Our choice: several times the slowest settling of built-in bodies."""
+"""Longest wait for rest. Our choice: several times the slowest settling time of built-in robots."""
 _LOOK_S = 0.1
 _AT_REST = 1e-3
-"""Speed of the fastest joint that counts as rest [rad/s or m/s]. Our choice: 0.1 mm in 0.1 s."""
+"""Speed of the fastest joint below which a state counts as rest [rad/s or m/s]. Our choice: 0.1 mm in 0.1 s."""
 
 
 @dataclass(frozen=True, eq=False)
 class Resting:
-    """A state at rest."""
+    """A robot or scene in a state at rest."""
 
     model: mujoco.MjModel
     structure: Structure
     drawn: mujoco.MjData
-    """The reference pose."""
+    """State in the reference pose."""
     data: mujoco.MjData
+    """State at rest."""
     at_rest: bool
     """Whether it came to rest within `_LONGEST_S`."""
     drives: tuple[Drive, ...] = field(default=())
 
     @classmethod
     def of(cls, subject: MeasuredScene) -> Resting:
-        """Return a robot where it rests with nothing pulled.
+        """Return a robot or scene at rest with neutral controls.
 
         Raises:
-            MjcfError: It cannot be loaded.
+            MjcfError: The model cannot be loaded.
         """
         environment = compile_mjcf(subject.environment) if subject.environment else None
         model = mount_model(load_mjcf(subject.mjcf), subject.mount, environment).model
@@ -64,13 +65,13 @@ class Resting:
         return cls(model, structure, drawn, data, still, read_drives(model, data, structure))
 
     def pulled(self, drive: Drive, share: float) -> Resting:
-        """Return where it rests once one actuator pulls a share of what it can."""
+        """Return the rest state in which one actuator has a share of its range from neutral to full pull, 0 to 1."""
         ctrl = self.data.ctrl.copy()
         ctrl[drive.ctrl] = drive.neutral + share * (drive.pull - drive.neutral)
         return self._moved(ctrl, None)
 
     def pushed(self, point_m: Vector, body: int, force_n: Vector) -> Resting:
-        """Return where it rests under a force [N] at a point of a body, given in the body's frame."""
+        """Return the rest state under a force in world axes (3,) [N] at a point in a body's frame (3,) [m]."""
         return self._moved(self.data.ctrl.copy(), (point_m, body, force_n))
 
     def _moved(self, ctrl: Vector, push: _Push | None) -> Resting:
@@ -80,21 +81,21 @@ class Resting:
         return Resting(self.model, self.structure, self.drawn, data, still, self.drives)
 
     def world_m(self, point_m: Vector, body: int) -> Vector:
-        """Return where a point of a body is in the world, (3,) [m]."""
+        """Return the position of a point of a body in the world (3,) [m]."""
         return _world_m(self.data, point_m, body)
 
     def drawn_world_m(self, point_m: Vector, body: int) -> Vector:
-        """Return where it is in the reference pose, (3,) [m]."""
+        """Return the position of a point of a body in the world in the reference pose (3,) [m]."""
         return _world_m(self.drawn, point_m, body)
 
     def position_m(self, point_m: Vector, body: int) -> Vector:
-        """Return where a point of a body is in the axes of the robot's root, (3,) [m]."""
+        """Return the position of a point of a body in the frame of the robot's root (3,) [m]."""
         root = self.structure.roots[0]
         turn = self.data.xmat[root].reshape(3, 3)
         return np.asarray(turn.T @ (self.world_m(point_m, body) - self.data.xpos[root]))
 
     def turned_deg(self, before: Resting, body: int) -> float:
-        """Return the angle by which a body has turned against the root since another state [deg]."""
+        """Return the rotation angle of a body relative to the root since another state [deg]."""
         now, then = (state._orientation(body) for state in (self, before))
         cosine = (np.trace(now @ then.T) - 1.0) / 2.0
         return float(np.rad2deg(np.arccos(np.clip(cosine, -1.0, 1.0))))
@@ -104,7 +105,7 @@ class Resting:
         return np.asarray(self.data.xmat[root].reshape(3, 3).T @ self.data.xmat[body].reshape(3, 3))
 
     def farthest(self, moved: Resting) -> int:
-        """Return the body whose tip has moved farthest against the root in another state."""
+        """Return the number of the body whose tip has moved farthest relative to the root in another state."""
 
         def way_m(body: int) -> float:
             tip = tip_of(self.model, body)
@@ -113,7 +114,7 @@ class Resting:
         return max(self.structure.bodies, key=way_m)
 
     def touches(self) -> dict[tuple[str, str], str]:
-        """Return what the robot touches, the hardest first: pairs of a part of it and another, each in words."""
+        """Return the contacts of the robot, largest force first: descriptions by the names of both parts."""
         force, found = np.zeros(6), dict[tuple[str, str], float]()
         for index in range(self.data.ncon):
             geoms = sorted(map(int, self.data.contact.geom[index]), key=lambda geom: not self._is_robots(geom))
@@ -129,12 +130,12 @@ class Resting:
         return int(self.model.geom_bodyid[geom]) in self.structure.bodies
 
     def _part(self, geom: int) -> str:
-        """Return the body of a shape of the robot, and the name of any other shape, or of its body."""
+        """Return the body's name for a geom of the robot; for another geom its own name, or its body's if unnamed."""
         body = self.body_name(int(self.model.geom_bodyid[geom]))
         return body if self._is_robots(geom) else str(self.model.geom(geom).name) or body
 
     def force_n(self, drive: Drive) -> float:
-        """Return the force of an actuator in this state, times its gear; without sign."""
+        """Return the absolute value of an actuator's force times its gear in this state [N]."""
         out = int(self.model.actuator_outadr[drive.actuator])
         return abs(float(self.data.actuator_force[out] * self.model.actuator_gear[drive.actuator, 0]))
 
@@ -151,13 +152,13 @@ _Push = tuple[Vector, int, Vector]
 
 
 def tip_of(model: mujoco.MjModel, body: int) -> Vector:
-    """Return the distal tip of a body in its own frame, (3,) [m]."""
+    """Return the distal tip of a body in its own frame (3,) [m]; its origin if the body is unnamed or has no tip."""
     part = find_functional_part(model, name) if (name := model.body(body).name) else None
     return part.position_m if part else np.zeros(3)
 
 
 def point_of(model: mujoco.MjModel, name: str) -> tuple[int, Vector]:
-    """Return the body of a named part and its working point in the body's frame, (3,) [m].
+    """Return the number of the body of a named part, and the part's working point in the body's frame (3,) [m].
 
     Raises:
         UserError: There is no such part.
@@ -173,7 +174,15 @@ def _world_m(data: mujoco.MjData, point_m: Vector, body: int) -> Vector:
 
 
 def _settle(model: mujoco.MjModel, data: mujoco.MjData, ctrl: Vector, force: Vector, push: _Push | None) -> bool:
-    """Let a state come to rest under a command and perhaps a push that grow over a ramp; whether it did."""
+    """Simulate until rest under controls and a push that increase over a ramp; return whether rest was reached.
+
+    Args:
+        model: The compiled model.
+        data: State, which is advanced.
+        ctrl: Final controls (nu,).
+        force: Buffer for generalized forces (nv,).
+        push: Point in the body's frame (3,) [m], number of the body, and force in world axes (3,) [N]; None for none.
+    """
     start, began_s = data.ctrl.copy(), data.time
     look = max(1, round(_LOOK_S / model.opt.timestep))
     for step in range(round(_LONGEST_S / model.opt.timestep)):

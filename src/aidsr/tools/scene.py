@@ -1,4 +1,4 @@
-"""What is measured, as it travels to the process in which it is simulated: a scene and its job, or a robot alone."""
+"""Subject of a measurement, in the form in which it is sent to the process that simulates it."""
 
 from __future__ import annotations
 
@@ -15,28 +15,29 @@ if TYPE_CHECKING:
 
 
 class MeasuredScene(Artifact):
-    """A robot in the environment of its job, or alone."""
+    """A robot in the environment of its job (a scene), or a robot alone."""
 
     mjcf: str
     task: str = ""
-    """Name of the task; empty where there is a goal."""
+    """Name of the task; empty where there is a goal instead, or no job."""
     level: Level = "standard"
     goal: Path | None = None
     """File of a goal, instead of a task."""
     groups: tuple[ActuatorGroup, ...] = ()
-    """Actuators that act together."""
+    """Groups of actuators that act together as one action."""
     environment: str = ""
-    """MJCF of the environment that a robot alone is meant for: its physics hold, and gravity as at its mount."""
+    """MJCF of the environment for which a robot alone is meant; its physics options and the direction of gravity at its
+    mount are used."""
     mount: Literal["auto", "fixed", "free"] = "fixed"
     """How the root of a robot alone is held."""
 
     @property
     def has_job(self) -> bool:
-        """Whether something measures success in it."""
+        """Whether there is a task or goal that measures success."""
         return bool(self.task) or self.goal is not None
 
     def require_job(self) -> None:
-        """Refuse what nothing measures success of.
+        """Check that there is a task or goal.
 
         Raises:
             UserError: There is neither task nor goal.
@@ -45,7 +46,7 @@ class MeasuredScene(Artifact):
             raise UserError("nothing measures success here; assemble a robot into the environment of a task or goal")
 
     def measure(self) -> Task:
-        """Return what measures success in it.
+        """Return the task, or the task made of the goal, that measures success.
 
         Raises:
             UserError: There is neither task nor goal, or no such task.
@@ -57,10 +58,10 @@ class MeasuredScene(Artifact):
         return goal or load_task(self.task, self.level)
 
     def load(self) -> TaskScene:
-        """Return the scene, ready to be stepped; only in a limited process.
+        """Return the scene, ready to be simulated; call this only in an isolated process.
 
         Raises:
-            UserError: There is neither task nor goal, no such task, or the scene is not one of it.
+            UserError: There is neither task nor goal, no such task, or the scene does not belong to it.
             MjcfError: The scene cannot be loaded.
         """
         from aidsr.learn.episodes.scene import TaskScene

@@ -1,7 +1,7 @@
-"""Search among motion scripts: waypoints for each group, with a sine on top, from a motion that is known.
+"""Search for a motion script (waypoints for each group, plus a sinusoid), starting from a known motion.
 
-A motion of the probe has one ramp for all groups. Jobs of several steps, as coming near, closing and lifting, need
-groups that act one after the other: a script has them.
+A motion of the probe has one ramp for all groups. Tasks of several steps, such as approaching, closing and lifting,
+need groups that act one after the other, which a script can express.
 """
 
 from __future__ import annotations
@@ -25,34 +25,35 @@ from aidsr.tasks import Variation
 FloatArray = NDArray[np.float64]
 
 WAYPOINTS = 6
-"""Of each group, evenly spaced over the time that is searched. Our choice: three steps of a job, each with its hold."""
+"""Number of waypoints of each group, evenly spaced over the duration of the search's scripts. Our choice: three steps
+of a task, each with a hold."""
 GENERATION = 12
 _PARENTS = 3
-"""The best so far, of which new scripts are made. Our choice."""
+"""Number of best scripts so far from which new ones are made. Our choice."""
 _SMALL, _ANEW = 0.3, 0.4
-"""Standard deviation of a small change of an action; share of the changes that set it anew."""
+"""Standard deviation of a small change of an action, and share of changes that replace the action instead."""
 _DETUNED = 0.15
-"""Standard deviation of the logarithm of a frequency, and of an amplitude's share."""
+"""Standard deviation of the logarithm of the factors by which amplitudes and frequencies are changed."""
 
 
 @dataclass(frozen=True)
 class Scripts:
-    """n scripts of k groups as arrays."""
+    """A batch of n scripts for k groups, as arrays."""
 
     times_s: FloatArray
-    """Of the waypoints, (w,)."""
+    """Times of the waypoints (w,)."""
     actions: FloatArray
-    """(n, k, w)."""
+    """Actions at the waypoints, -1 to 1 (n, k, w)."""
     amplitude: FloatArray
-    """(n, k)."""
+    """Amplitudes of the sinusoids (n, k)."""
     frequency_hz: FloatArray
-    """(n, k)."""
+    """Frequencies of the sinusoids (n, k)."""
     phase_rad: FloatArray
-    """(n, k)."""
+    """Phases of the sinusoids (n, k)."""
 
     @classmethod
     def of(cls, motion: Motion, horizon_s: float) -> Self:
-        """Return the script that comes nearest to a motion, as one of one."""
+        """Return the script that approximates a motion, as a batch of one."""
         times_s = np.linspace(0.0, horizon_s, WAYPOINTS)
         motions = Motions.of([motion])
         ramp = np.clip((times_s - motions.begin_s[0]) / motions.ramp_s[0], 0.0, 1.0)
@@ -61,16 +62,16 @@ class Scripts:
 
     @classmethod
     def joined(cls, parts: list[Self]) -> Self:
-        """Return several batches as one."""
+        """Return several batches joined into one."""
         arrays = [np.concatenate([getattr(part, one.name) for part in parts]) for one in fields(cls)[1:]]
         return cls(parts[0].times_s, *arrays)
 
     def row(self, index: int) -> Self:
-        """Return one of them."""
+        """Return one script as a batch of one."""
         return type(self)(self.times_s, *(getattr(self, one.name)[index : index + 1] for one in fields(self)[1:]))
 
     def at(self, time_s: float) -> FloatArray:
-        """Return the actions at a time, (n, k), -1 to 1."""
+        """Return the actions at a time, -1 to 1 (n, k)."""
         step = self.times_s[1]
         before = min(int(time_s / step), WAYPOINTS - 2)
         share = min(time_s / step - before, 1.0)
@@ -79,7 +80,10 @@ class Scripts:
         return np.asarray(np.clip(base + swing, -1.0, 1.0))
 
     def changed(self, rng: np.random.Generator) -> Self:
-        """Return a script, of one, with some groups changed from some waypoint on, and its sines detuned."""
+        """Return a mutated copy of a batch of one script.
+
+        Some groups are changed over a range of waypoints, and the amplitudes and frequencies of all sinusoids.
+        """
         actions = self.actions.copy()
         k = actions.shape[1]
         for group in rng.permutation(k)[: 1 + rng.integers(min(k, 3))]:
@@ -99,7 +103,7 @@ class Scripts:
         )
 
     def text(self, names: list[str]) -> str:
-        """Return the first of them in the notation of `aidsr.learn.openloop.script`."""
+        """Return the first script in the notation of `aidsr.learn.openloop.script`."""
         lines = []
         for group, name in enumerate(names):
             points = ", ".join(f"t={t:.4g} {a:.3g}" for t, a in zip(self.times_s, self.actions[0, group], strict=True))
@@ -116,13 +120,13 @@ class Scripts:
 
 
 class _Played:
-    """Plays scripts, one in each episode."""
+    """Policy that plays a batch of scripts, one in each episode."""
 
     def __init__(self, scripts: Scripts, control_dt_s: float) -> None:
         self._scripts, self._control_dt_s, self._steps = scripts, control_dt_s, 0
 
     def act(self, observation: NDArray[np.floating]) -> FloatArray:
-        """Return the next actions, (n, k)."""
+        """Return the next actions (n, k)."""
         del observation
         self._steps += 1
         return self._scripts.at((self._steps - 1) * self._control_dt_s)
@@ -130,7 +134,7 @@ class _Played:
 
 @dataclass(frozen=True)
 class FoundScript:
-    """The best script of a search, as it is written down, and how its whole episode went."""
+    """The best script of a search as text, the result of its full episode, and the number of scripts tried."""
 
     script: str
     episode: EpisodeResult
@@ -138,7 +142,7 @@ class FoundScript:
 
 
 def script_policy(scene: TaskScene, script: str) -> ScriptPolicy:
-    """Return what plays a script in a scene."""
+    """Return the policy that plays a script in a scene."""
     names = [group.name for group in scene.actions.groups]
     return parse_script(script).played_by(names, scene.actions.rest, scene.task.control_dt_s)
 
@@ -146,15 +150,17 @@ def script_policy(scene: TaskScene, script: str) -> ScriptPolicy:
 def search_script(
     scene: TaskScene, motion: Motion, *, variation: int, seed: int, max_steps: int, longest_s: float
 ) -> FoundScript:
-    """Search scripts by changing the best so far, and play the best one, as it is written down, to its end.
+    """Search for the best script by an evolutionary search, and play its text form for a full episode.
+
+    The search ends at a success or when the physics steps are used up.
 
     Args:
-        scene: The body in the environment of its task.
-        motion: To begin from.
+        scene: The robot in the environment of its task.
+        motion: Motion to start from.
         variation: Index of the development variation.
-        seed: Of the search.
-        max_steps: Physics steps of all simulations together.
-        longest_s: How long scripts of the search are played [s].
+        seed: Seed of the random generator.
+        max_steps: Largest number of physics steps of all simulations together.
+        longest_s: Duration for which scripts of the search are played, at most the task's time limit [s].
     """
     rng, task = np.random.default_rng(seed), scene.task
     chosen = task.variation("development", variation)
@@ -182,7 +188,7 @@ def search_script(
 
 
 def _play(scene: TaskScene, scripts: Scripts, variations: list[Variation], seconds: float) -> EpisodeOutcomes:
-    """Play scripts, until one succeeds."""
+    """Play scripts until one succeeds or all end."""
     episodes = Episodes(scene.model, scene.task, scene.actions, variations, threads=1)
     episodes.time_limit_s[:] = seconds
 

@@ -1,4 +1,4 @@
-"""A body at rest: how it bends under each cable, how far it sags, how stiff it is, how far parts are apart."""
+"""Static measurements of a robot: bending by each actuator, sag, stiffness and distances between parts."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from aidsr.tools.scene import MeasuredScene
 _LIMITS = Limits(wall_s=600.0, cpu_s=300.0)
 _MOST_LINES = 30
 _MOST_TOUCHED = 3
-"""Our choice: what a line holds, the hardest first."""
+"""Number of contacts listed in a line, largest forces first. Our choice."""
 
 
 @isolated(limits=_LIMITS)
 def bends(subject: MeasuredScene, *, pull: float = 1.0) -> Measured:
-    """Return what each actuator alone does to the robot where it rests: tip, angle, force, and what is touched then.
+    """Measure the effect of each actuator alone on the resting robot: force, tip movement, angle and new contacts.
 
-    The body that moves farthest against the robot's root counts as the actuator's tip.
+    The tip is that of the body that moves farthest relative to the robot's root.
 
     Args:
-        subject: A scene, or a robot alone.
-        pull: Share of the control range, 0 to 1, from where the robot rests to the end that pulls.
+        subject: Scene, or robot alone.
+        pull: Share of the control range, 0 to 1, from the neutral control to the end that pulls.
 
     Raises:
-        MjcfError: It cannot be loaded.
-        IsolationError: It took too long.
+        MjcfError: The model cannot be loaded.
+        IsolationError: The measurement exceeded a limit.
     """
     from aidsr.tools.resting import Resting, tip_of
 
@@ -62,25 +62,25 @@ def bends(subject: MeasuredScene, *, pull: float = 1.0) -> Measured:
 
 
 def _touched(words: Sequence[str]) -> str:
-    """Return what is touched as a clause that is appended to a line; empty for nothing."""
+    """Return a clause with the contacts, to be appended to a line; empty without contacts."""
     left = len(words) - _MOST_TOUCHED
     return f"; touches {', '.join(words[:_MOST_TOUCHED])}{f' and {left} more' if left > 0 else ''}" if words else ""
 
 
 @isolated(limits=_LIMITS)
 def load(subject: MeasuredScene, part: str, *, force_n: float = 0.5, direction: Vec3 = (0.0, 0.0, -1.0)) -> Measured:
-    """Return how far a part sags under the robot's own weight, and how far it gives under a force.
+    """Measure the sag of a part under the robot's own weight, and its displacement and stiffness under a force.
 
     Args:
-        subject: A scene, or a robot alone.
+        subject: Scene, or robot alone.
         part: Body or site of the robot.
-        force_n: Size of the force at it [N].
-        direction: Of the force in the axes of the world, or of the root of a robot alone; of any length.
+        force_n: Size of the force on the part [N].
+        direction: Direction of the force in world axes, or in the axes of the root of a robot alone; of any length.
 
     Raises:
-        UserError: There is no such part, or no direction.
-        MjcfError: It cannot be loaded.
-        IsolationError: It took too long.
+        UserError: There is no such part, or the direction is zero.
+        MjcfError: The model cannot be loaded.
+        IsolationError: The measurement exceeded a limit.
     """
     import numpy as np
 
@@ -111,15 +111,15 @@ def load(subject: MeasuredScene, part: str, *, force_n: float = 0.5, direction: 
 
 @isolated(limits=_LIMITS)
 def clearances(subject: MeasuredScene, pairs: Sequence[tuple[str, str]]) -> Measured:
-    """Return how far named things are from each other, as drawn and where the robot rests with nothing pulled.
+    """Measure distances between named elements, in the initial pose and at rest without actuation.
 
     Args:
-        subject: A scene, or a robot alone.
-        pairs: Two sites each, or two geoms or bodies, between whose surfaces is measured.
+        subject: Scene, or robot alone.
+        pairs: Names of two sites, geoms or bodies each; distances of geoms and bodies are those of their surfaces.
 
     Raises:
-        UserError: A name is unknown, or a site is paired with a surface.
-        MjcfError: It cannot be loaded.
+        UserError: A name is unknown, or nothing can be measured between the two.
+        MjcfError: The model cannot be loaded.
     """
     from aidsr.core.errors import UserError
     from aidsr.tools.distances import distance_m, find_pairs

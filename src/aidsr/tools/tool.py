@@ -1,4 +1,4 @@
-"""The record of a tool: a name, a sentence, typed arguments and a function; used alike by teams, MCP and Python."""
+"""Definition of a tool: name, description, typed arguments and function; used by teams, over MCP and from Python."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ from aidsr.core.suggestions import closest_name
 from aidsr.tools.workspace import Workspace
 
 MOST_LINES = 60
-"""Lines of a result. Our choice: what a designer reads at once; what is longer goes to a file."""
+"""Largest number of lines of a result. Our choice: readable at once; longer results are stored as a file."""
 MOST_CHARACTERS = 10_000
-"""Of a text among the arguments, unless its field has another bound. Our choice: prose and scripts are shorter."""
+"""Largest length of a text argument, unless its field has another bound. Our choice: prose and scripts are shorter."""
 _MOST_ENTRIES = 1_000
-"""Of a list among the arguments. Our choice: more than a robot has names to list."""
+"""Largest number of entries of a list or object argument. Our choice: more than the names of a robot."""
 _LARGEST = 2**53
-"""Integers up to here are the same numbers in every JSON library. Source: RFC 8259, section 6."""
+"""Largest magnitude of integers, up to which all JSON libraries agree. Source: RFC 8259, section 6."""
 _SHOWN = 3
-"""Mistakes told at once."""
+"""Number of mistakes listed in an error message."""
 
 
 class Result(Artifact):
-    """What a tool found."""
+    """Result of a tool."""
 
     text: str
     pictures: tuple[Png, ...] = ()
     figures: dict[str, float] = Field(default_factory=dict)
-    """What decides between scenes, by name, for code; the text has them all."""
+    """Numbers by which code can compare scenes, by name; all of them are also in the text."""
 
 
 @dataclass(frozen=True)
@@ -44,10 +44,10 @@ class Tool:
     """One tool.
 
     Attributes:
-        name: By which it is called.
-        description: What it does, for whoever calls it.
-        arguments: Their names, types, defaults and descriptions.
-        function: Takes a workspace, and the arguments by name.
+        name: Name by which it is called.
+        description: What the tool does, for the caller.
+        arguments: Model of the arguments, with names, types, defaults and descriptions.
+        function: Function that takes a workspace, and the arguments by name.
     """
 
     name: str
@@ -57,7 +57,7 @@ class Tool:
 
     @classmethod
     def of(cls, function: Callable[..., Result]) -> Tool:
-        """Return the tool that a function is: its name, its docstring as one paragraph, its annotations."""
+        """Return the tool for a function: the function's name, its docstring as one paragraph, and its annotations."""
         hints = get_type_hints(function, include_extras=True)
         fields: dict[str, Any] = {
             name: (hints[name], ... if parameter.default is inspect.Parameter.empty else parameter.default)
@@ -76,17 +76,17 @@ class Tool:
         """Check the arguments and call the function.
 
         Raises:
-            UserError: An argument is unknown, missing, of another type, too long or no finite number; or what the
-                function raises.
+            UserError: An argument is unknown, missing, of a wrong type, too long or not finite, or the function raised
+                it.
             MjcfError: A robot or scene cannot be loaded.
-            IsolationError: It ran past its limits.
+            IsolationError: The function exceeded a limit.
         """
         self._refuse_boundless(arguments)
         try:
             checked = self.arguments.model_validate(dict(arguments))
         except ValidationError as error:
             raise self._refused([self._told(each) for each in error.errors()]) from None
-        self._refuse_boundless(checked.model_dump())  # a number may have come as text
+        self._refuse_boundless(checked.model_dump())  # validation may have converted text to a number
         values = {name: getattr(checked, name) for name in self.arguments.model_fields}
         return self.function(workspace, **values)
 
@@ -95,7 +95,7 @@ class Tool:
             raise self._refused(mistakes)
 
     def _boundless(self, name: str, value: Any) -> Iterator[str]:
-        """Yield what no function should have to think of: endless texts and lists, numbers that are none."""
+        """Yield mistakes that no function needs to handle: texts or lists too long, numbers too large or not finite."""
         bound = self.schema["properties"].get(name, {}).get("maxLength", MOST_CHARACTERS)
         left = [(excerpt(name), value)]
         while left:
@@ -121,7 +121,7 @@ class Tool:
         )
 
     def _told(self, error: Any) -> str:
-        """Return what is wrong with one argument."""
+        """Return a validation error of one argument in words."""
         *above, last = (excerpt(str(part)) for part in error["loc"])
         where = ".".join([*above, last])
         match error["type"]:
@@ -142,7 +142,7 @@ class Tool:
 
 
 def shortened(text: str, workspace: Workspace) -> str:
-    """Return a result of at most `MOST_LINES` lines; one that is longer is kept as a file, which is named."""
+    """Return a text of at most `MOST_LINES` lines; a longer one is stored as a file, whose name is in the last line."""
     lines = text.splitlines()
     if len(lines) <= MOST_LINES:
         return text

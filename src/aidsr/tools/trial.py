@@ -1,10 +1,10 @@
-"""Try a scene on its task without learning: does any blind motion bring it to the decisive stage, and if not, why.
+"""Trial of a scene on its task without learning: whether an open-loop motion reaches the decisive stage, or why not.
 
-1. Searches for a motion, each with a seed and a variation of its own.
-2. Where most of them do not reach the task's decisive stage: a search for a script, from the best motion that does not.
-   Where a training decides afterwards, it is success that counts here and not that stage.
-3. Where that does not either: the best attempt that fell short is played again and recorded, and its failure attributed
-   to a role. The placement is only blamed where other placements come farther than seeds differ.
+1. Search for motions, each search with its own seed and variation.
+2. If most searches do not reach the task's decisive stage, search for a script, starting from the best motion that does
+   not reach it. If a training follows, success is required here instead of the decisive stage.
+3. If the script does not reach it either, play and record the best failed attempt again, and attribute its failure to a
+   role. The placement is blamed only if other placements improve progress by more than the spread over seeds.
 """
 
 from __future__ import annotations
@@ -25,18 +25,19 @@ if TYPE_CHECKING:
     from aidsr.learn.openloop.report import ProbeReport
 
 Wanted = Literal["decisive", "solved"]
-"""What a motion has to come to, for nobody to be blamed: the task's decisive stage, or success."""
+"""Result that a motion must reach for the scene to pass: the task's decisive stage, or success."""
 SEEDS = 3
-"""Searches, at most: the third decides where two disagree. Our choice."""
+"""Largest number of searches: the third decides if the first two disagree. Our choice."""
 MOTIONS = 160
 STEPS_PER_S, LEAST_STEPS = 5_000, 150_000
-"""Physics steps of a search for each second that an episode may last, and at least. Our choice: with 150,000 for
-episodes of any length 29 to 46 motions were tried, and the same scene came out at 0.32, 0.96 and 0.34."""
+"""Physics steps of a search per second of the task's time limit, and smallest number of steps. Our choice: with 150,000
+steps for episodes of any length, 29 to 46 motions were tried, and the same scene reached 0.32, 0.96 and 0.34."""
 LONGEST_S = 10.0
-"""How long motions of a search are played. Our choice."""
+"""Longest duration of a motion in a search. Our choice."""
 _LIMITS = Limits(wall_s=7200.0, cpu_s=3600.0)
 _OTHER_SCALES, _OTHER_TURNS_DEG = (0.8, 1.25), (90.0, 180.0)
-"""Placements that a blamed one is compared with: the robot scaled, and turned about its own axis. Our choice."""
+"""Factors of the scale, and rotations about the robot's z axis, of the placements with which a blamed one is compared.
+Our choice."""
 
 
 @isolated(limits=_LIMITS)
@@ -52,23 +53,24 @@ def try_task(
     attribute: bool = True,
     wanted: Wanted = "decisive",
 ) -> TaskReport:
-    """Return how far a scene comes on its task without learning, and the role that can change that.
+    """Return the progress of a scene on its task without learning, and the role to which a failure is attributed.
 
     Args:
         robot: The robot in the scene.
         scene: A stable scene.
         task: Name of the task.
-        level: Its level.
+        level: Level of the task.
         goal: File of a goal, instead of a task.
-        environment: MJCF of the environment, in which other placements are tried; none are without it.
-        first_seed: Of the searches, and index of the first development variation. Others than 0 measure it afresh.
-        attribute: Whether a script is searched, and the failure attributed; else every search is made, and that is all.
-        wanted: What has to be reached by most searches, or by the script.
+        environment: MJCF of the environment for trials of other placements; empty for no such trials.
+        first_seed: Seed of the first search and index of its development variation; the following ones count up.
+            Another value than 0 gives an independent measurement.
+        attribute: Whether to search for a script and attribute a failure; otherwise only make all searches.
+        wanted: Result that most searches, or the script, must reach.
 
     Raises:
-        UserError: There is no such task, or the scene is not one of it.
+        UserError: There is no such task, or the scene does not belong to it.
         MjcfError: The scene cannot be loaded.
-        IsolationError: The trial exceeded its limits.
+        IsolationError: The trial exceeded a limit.
     """
     from aidsr.learn.episodes.scene import TaskScene
     from aidsr.tasks import goal_task, read_goal
@@ -81,7 +83,7 @@ def try_task(
 
 @dataclass(frozen=True)
 class _Others:
-    """Makes the scene of a robot with another placement."""
+    """Factory of scenes of a robot with other placements."""
 
     robot: Robot
     placement: Placement
@@ -89,7 +91,7 @@ class _Others:
     task: Task
 
     def placements(self) -> list[tuple[str, Placement]]:
-        """Return other placements, each in words."""
+        """Return other placements, each with a description."""
         x, y, z = self.placement.rotation_deg
         scales = [round(self.placement.scale * factor, 3) for factor in _OTHER_SCALES]
         changes: list[tuple[str, dict[str, Any]]] = [
@@ -99,10 +101,10 @@ class _Others:
         return [(words, self.placement.model_copy(update=change)) for words, change in changes]
 
     def scene(self, placement: Placement) -> TaskScene:
-        """Return the scene.
+        """Return the scene with a placement.
 
         Raises:
-            MjcfError: The two cannot become one model.
+            MjcfError: Robot and environment cannot be assembled into one model.
         """
         from aidsr.learn.episodes.scene import TaskScene
         from aidsr.sim.assembly import assemble
@@ -119,7 +121,7 @@ def try_scene(
     others: _Others | None = None,
     wanted: Wanted = "decisive",
 ) -> TaskReport:
-    """Do the work of `try_task` in this process, with a scene that is loaded."""
+    """Try a loaded scene in this process; see `try_task`."""
     from aidsr.learn.openloop.script import script_of
 
     reports: list[ProbeReport] = []
@@ -127,7 +129,7 @@ def try_scene(
         reports.append(_search(scene, seed))
         reached = [_is_enough(_attempt(scene.task, report), wanted) for report in reports]
         if attribute and len(reports) == 2 and reached[0] == reached[1]:
-            break  # a third cannot change what most of them find
+            break  # a third cannot change the majority
     attempts = [_attempt(scene.task, report) for report in reports]
     progress = sum(attempt.progress for attempt in attempts) / len(attempts)
     enough = 2 * sum(reached) > len(attempts)
@@ -163,7 +165,7 @@ def _steps(task: Task) -> int:
 
 
 def _search(scene: TaskScene, seed: int) -> ProbeReport:
-    """Return the best motion of one seed, in the development variation of the same number."""
+    """Search for the best motion with one seed, in the development variation of the same number."""
     from aidsr.learn.openloop import probe_scene
     from aidsr.learn.openloop.motion_search import ALL_KINDS
 
@@ -199,7 +201,7 @@ def _is_decisive(task: Task, progress: float, *, succeeded: bool) -> bool:
 
 
 def _script(scene: TaskScene, best: ProbeReport) -> tuple[str, Attempt]:
-    """Return the best script that was searched from a motion, in its variation."""
+    """Search for a script, starting from the best motion of a report, in the variation of this motion."""
     from aidsr.tools.script_search import search_script
 
     variation = best.best.episode.variation
@@ -241,16 +243,16 @@ def _attributed(
     *,
     some: bool,
 ) -> TaskReport:
-    """Return the report of a scene that neither most motions nor a script get to where they are wanted.
+    """Return the report of a scene in which neither most searches nor the script reached the required result.
 
     Args:
         scene: The scene.
-        script: What came farthest of all that fell short, in the variation of the last attempt.
-        attempts: All of them, the search among scripts last.
-        progress: Mean over the searches.
-        start: Progress before anything moves.
-        others: Makes other placements.
-        some: Whether a search got there.
+        script: The best of the failed attempts as a script, in the variation of the last attempt.
+        attempts: All attempts, the search for a script last.
+        progress: Mean progress of the searches.
+        start: Progress in the initial state.
+        others: Factory of scenes with other placements; None where none are tried.
+        some: Whether any of the searches reached the required result.
     """
     from aidsr.learn.openloop.failure_attribution import attribute_failure
     from aidsr.learn.openloop.trace import trace
@@ -266,7 +268,7 @@ def _attributed(
     lines = _lines(attempts)
     if (
         issue.blame == "integrator" and phase != "not_forward"
-    ):  # a base that must be free is not compared: others keep it
+    ):  # a base that must be free is not compared, as the other placements keep the base
         issue, compared = _placement_or_body(issue, attempts, others)
         lines += compared
     summary = _summary(scene.task, attempts, start)
@@ -293,16 +295,17 @@ def _attributed(
 def _placement_or_body(
     issue: CritiqueIssue, attempts: list[Attempt], others: _Others | None
 ) -> tuple[CritiqueIssue, list[str]]:
-    """Return whom to blame where the placement seems wrong, and what other placements come to.
+    """Decide whether placement or body is to blame; return the issue and a line on the progress of other placements.
 
-    It is the placement where the same search comes farther with another one, by more than seeds differ here.
+    The placement is to blame if the same search reaches more progress with another placement, by more than the spread
+    over seeds.
     """
     searches = [attempt.progress for attempt in attempts if attempt.how == "search"]
     spread = max(searches) - min(searches)
     compared: list[tuple[float, str]] = []
     if others is not None:
         for words, placement in others.placements():
-            with suppress(MjcfError, IsolationError):  # it does not fit there
+            with suppress(MjcfError, IsolationError):  # the robot does not fit there
                 compared.append((_search(others.scene(placement), attempts[0].seed).progress, words))
     told = ", ".join(f"{progress:.2f} {words}" for progress, words in compared)
     here = f"{attempts[0].progress:.2f} as it is placed, and seeds differ by {spread:.2f}"
@@ -319,7 +322,7 @@ def _placement_or_body(
 
 
 def _summary(task: Task, attempts: list[Attempt], start: float) -> str:
-    """Return in two sentences how far it comes."""
+    """Return a summary of the attempts in a few sentences."""
     limit, words = task.decisive_stage()
     searches = [attempt for attempt in attempts if attempt.how == "search"]
     reached = sum(attempt.decisive for attempt in searches)

@@ -1,4 +1,4 @@
-"""The folder in which robots, scenes, own tasks and files are kept under names such as "robot_2" and "scene_1"."""
+"""Folder that stores robots, scenes, own tasks and files under names such as "robot_2" and "scene_1"."""
 
 from __future__ import annotations
 
@@ -25,70 +25,74 @@ MOUNTS: dict[Base, Literal["auto", "fixed", "free"]] = {
     "free": "free",
     "any": "auto",
 }
-"""How a robot alone is held, by the base of its job."""
+"""Mount of a robot alone in validation and measurement, by the base of its job."""
 _MJCF = {
     "robot": ("robot.xml", "validate the robot"),
     "scene": ("scene.xml", "assemble the scene"),
     "task": ("environment.xml", "make the task"),
 }
-"""Where the MJCF of each kind of thing is, and what makes it again."""
+"""MJCF file of each kind of entry, and advice on how to make the entry again."""
 _TASK = "task"
-"""In the file of a robot: the task that it is meant for."""
+"""Key in the JSON file of a robot for the task that it is meant for."""
 _NAME = re.compile(r"(robot|scene|task|file)_[1-9]\d{0,5}(\.\w+)?")
 
 
 def is_own(task: str) -> bool:
-    """Whether a task is one of a workspace, "task_1", and none of the benchmark."""
+    """Whether a task's name is that of an own task of a workspace ("task_1"), not of a benchmark task."""
     return task.startswith("task_")
 
 
 @contextmanager
 def _undamaged(path: Path, again: str) -> Iterator[None]:
-    """Say of a file that cannot be read how to get it again."""
+    """Turn errors in reading a file into a UserError that says how to make the file again.
+
+    Raises:
+        UserError: The file is missing or damaged.
+    """
     try:
         yield
-    except (OSError, ValueError, TypeError):  # missing; no text, no JSON, no artifact
+    except (OSError, ValueError, TypeError):  # missing, or not valid text, JSON or artifact
         raise UserError(f"{path} is missing or damaged; {again} again") from None
 
 
 class TaskRecord(Artifact):
-    """What belongs to an own task beside its environment and its goal."""
+    """Data of an own task in addition to its environment and goal."""
 
     objective: str
 
 
 class SceneRecord(Artifact):
-    """What belongs to a scene beside its MJCF."""
+    """Data of a scene in addition to its MJCF and placement."""
 
     robot: str
     """Name of the robot in the workspace."""
     task: str
-    """Of the benchmark, or an own one of the workspace."""
+    """Name of a benchmark task or of an own task of the workspace."""
     level: Level = "standard"
     goal: Path | None = None
     groups: tuple[ActuatorGroup, ...] = ()
     stable: bool = False
-    """Whether the validator found it so."""
+    """Whether the validator found it stable."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """What a designer works on, where a workspace is for one job."""
+    """The job of a workspace that is for one job only."""
 
     brief: Brief
     level: Level = "standard"
     goal: Path | None = None
-    """File of the goal, where success is measured by one."""
+    """File of the goal, if success is measured by a goal."""
 
 
 @dataclass(frozen=True)
 class Workspace:
-    """A folder of robots, scenes, own tasks and files; each is written once.
+    """A folder of robots, scenes, own tasks and files, each of which is written once.
 
     Attributes:
-        folder: Created with the first thing that is kept.
-        job: What all of it is for; None where every scene names its task.
-        draws: Whether a probe also draws its best motion, and an own task its environment.
+        folder: The folder; created with the first entry.
+        job: Job of all entries; None where every scene has its own task.
+        draws: Whether results include pictures of the best motion of a probe and of the environment of an own task.
     """
 
     folder: Path
@@ -97,7 +101,7 @@ class Workspace:
     _lock: threading.Lock = field(default_factory=threading.Lock, repr=False, compare=False)
 
     def add_robot(self, robot: Robot, task: str = "") -> str:
-        """Keep a robot, with the task under whose physics it is tested, and return its name."""
+        """Store a robot, with the task whose physics is used to test it, and return its name."""
         folder = self._new("robot")
         (folder / "robot.xml").write_text(robot.mjcf, encoding="utf-8")
         record = robot.model_dump(mode="json", exclude={"mjcf"}) | ({_TASK: task} if task else {})
@@ -117,7 +121,7 @@ class Workspace:
             return Robot.model_validate({**record, "mjcf": mjcf})
 
     def task_of_robot(self, name: str) -> str:
-        """Return the task under whose physics a robot is tested, "" where there is none.
+        """Return the task whose physics is used to test a robot, "" where there is none.
 
         Raises:
             UserError: There is no such robot, or a file of it is damaged.
@@ -127,7 +131,7 @@ class Workspace:
             return str(dict(from_json(path.read_bytes())).get(_TASK, ""))
 
     def add_task(self, objective: str, environment: str, goal: str) -> str:
-        """Keep a task of an environment and a goal, both as text, and return its name."""
+        """Store a task made of an environment (MJCF) and a goal (TOML), both as text, and return its name."""
         folder = self._new("task")
         (folder / "environment.xml").write_text(environment, encoding="utf-8")
         (folder / "goal.toml").write_text(goal, encoding="utf-8")
@@ -135,11 +139,11 @@ class Workspace:
         return folder.name
 
     def own_tasks(self) -> list[str]:
-        """Return the names of the own tasks, in order."""
+        """Return the names of the own tasks, in the order of their numbers."""
         return self._names("task")
 
     def objective(self, name: str) -> str:
-        """Return what an own task is for, in its user's words.
+        """Return the objective of an own task, in the user's words.
 
         Raises:
             UserError: There is no such task, or its file is damaged.
@@ -149,10 +153,10 @@ class Workspace:
             return TaskRecord.model_validate_json(path.read_bytes()).objective
 
     def brief(self, task: str = "") -> Brief | None:
-        """Return the job, or that of a task in a workspace without one; None where there is neither.
+        """Return the brief of the job, or of a task in a workspace without a job; None where there is neither.
 
         Raises:
-            UserError: There is no such task.
+            UserError: There is no such task, or it is not that of the job.
         """
         if self.job is not None:
             self._refuse_other(self.job, task)
@@ -163,7 +167,7 @@ class Workspace:
         return brief.model_copy(update={"objective": self.objective(task)}) if is_own(task) else brief
 
     def add_scene(self, robot: str, scene: Scene, task: str, level: Level, *, stable: bool) -> str:
-        """Keep a scene of a robot and return its name."""
+        """Store a scene of a robot and return its name."""
         folder = self._new("scene")
         goal = self.job.goal if self.job else None
         groups = self.robot(robot).actuator_groups
@@ -174,10 +178,10 @@ class Workspace:
         return folder.name
 
     def subject(self, name: str) -> MeasuredScene:
-        """Return a scene with what measures success in it, or a robot alone.
+        """Return a scene with its task or goal, or a robot alone, as the subject of a measurement.
 
         Raises:
-            UserError: There is none of this name.
+            UserError: There is no robot or scene of this name.
         """
         mjcf = self.mjcf(name)
         if is_own(name):
@@ -192,7 +196,7 @@ class Workspace:
         return MeasuredScene(mjcf=mjcf, task=task, level=record.level, goal=goal, groups=record.groups)
 
     def record(self, name: str) -> SceneRecord:
-        """Return what belongs to a scene beside its MJCF.
+        """Return the record of a scene.
 
         Raises:
             UserError: There is no such scene, or its file is damaged.
@@ -202,7 +206,7 @@ class Workspace:
             return SceneRecord.model_validate_json(path.read_bytes())
 
     def placement(self, name: str) -> Placement:
-        """Return how the robot of a scene is placed.
+        """Return the placement of the robot of a scene.
 
         Raises:
             UserError: There is no such scene, or its file is damaged.
@@ -215,7 +219,7 @@ class Workspace:
         """Return the MJCF of a robot, a scene, or the environment of an own task.
 
         Raises:
-            UserError: There is none of this name, or its file is damaged.
+            UserError: There is no entry of this name, or its file is damaged.
         """
         kind = name.partition("_")[0]
         kind = kind if kind in _MJCF else "robot"
@@ -225,10 +229,12 @@ class Workspace:
             return path.read_text(encoding="utf-8")
 
     def task_of(self, task: str, level: Level) -> tuple[str, Level, Task | None]:
-        """Return name, level and task of the job, or of what is named in a workspace without one.
+        """Return name, level and task of the job, or of the named task in a workspace without a job.
+
+        The task is None for a job without a task.
 
         Raises:
-            UserError: No task is named, or another than the job's, or there is no such task.
+            UserError: There is no such task, no task is named in a workspace without a job, or it is not the job's.
         """
         if self.job is None:
             if not task:
@@ -253,10 +259,10 @@ class Workspace:
             raise UserError(f'this work is for {own or "a job of its own"}, not for "{task}"; leave the task out')
 
     def _loaded(self, task: str, level: Level) -> Task:
-        """Return a task of the benchmark, or an own one.
+        """Return a benchmark task or an own task.
 
         Raises:
-            UserError: There is none, its file is damaged, or an own one is asked for at a level.
+            UserError: There is no such task, its file is damaged, or a level is given for an own task.
         """
         if not is_own(task):
             return load_task(task, level)
@@ -268,7 +274,7 @@ class Workspace:
         return self._find("task", name) / "goal.toml"
 
     def add_file(self, text: str, suffix: str) -> str:
-        """Keep a text and return its name."""
+        """Store a text as a file and return its name."""
         with self._lock:
             self.folder.mkdir(parents=True, exist_ok=True)
             number = 1 + sum(1 for _ in self.folder.glob("file_*"))
@@ -277,7 +283,7 @@ class Workspace:
         return path.name
 
     def skip(self, kind: Literal["robot", "scene"]) -> str:
-        """Use up the next name of a kind for one that could not be made, and return the name."""
+        """Reserve the next name of a kind for an entry that could not be made, and return the name."""
         with self._lock:
             path = self._next(kind)
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -285,7 +291,7 @@ class Workspace:
         return path.name
 
     def is_skipped(self, name: str) -> bool:
-        """Whether a name was used up for what could not be made."""
+        """Whether a name was reserved for an entry that could not be made."""
         return bool(re.fullmatch(r"(robot|scene)_\d{1,6}", name)) and (self.folder / name).is_file()
 
     def file(self, name: str) -> str:

@@ -1,4 +1,4 @@
-"""The tests of the battery: the commands of each actuator, and which tendons are slack."""
+"""The tests of the battery: the command of each actuator and the slack tendons in each test."""
 
 from __future__ import annotations
 
@@ -20,11 +20,12 @@ class BatteryTest:
     """One row of the battery.
 
     Attributes:
-        kind: "reference" tendons slack, joint servos holding; "rest" everything commanded to do nothing; "single" one
-            actuator to one end, the other tendons slack; "released" one actuator pulling, the others let go by command;
-            "all" everything to its pulling end; "sweep" random ends.
-        drive: Index of the actuator in `Evidence.drives`, -1 where none is singled out.
-        command: Its command at the end of the ramp.
+        kind: "reference": all tendons slack, other actuators at their neutral command. "rest": every actuator at its
+            neutral command. "single": one actuator at one end of its control range, the other tendons slack.
+            "released": one tendon actuator at its pulling end, the other tendons commanded to release. "all": every
+            actuator at its pulling end. "sweep": random ends of the control ranges.
+        drive: Index in `Evidence.drives` of the actuator of a "single" or "released" test; -1 in other tests.
+        command: Command of that actuator at the end of the ramp.
     """
 
     kind: Literal["reference", "rest", "single", "released", "all", "sweep"]
@@ -33,13 +34,13 @@ class BatteryTest:
 
 
 def list_tests(drives: Sequence[Drive]) -> tuple[BatteryTest, ...]:
-    """Return the tests for some actuators, the reference first."""
+    """Return the tests of some actuators, the reference first."""
     tests = [BatteryTest("reference"), BatteryTest("rest")]
     for index, drive in enumerate(drives):
         ends = [end for end in (drive.low, drive.high) if not math.isclose(end, drive.neutral, abs_tol=1e-12)]
         tests += [BatteryTest("single", index, end) for end in ends]
         others = [other for other in drives if other is not drive and other.on_tendon and other.ranged]
-        # others that go slack by command make the same test as others switched off
+        # if all others go slack when released, the test is the same as "single", in which they are disabled
         if drive.on_tendon and drive.ranged and not all(other.goes_slack for other in others):
             tests.append(BatteryTest("released", index, drive.pull))
     if drives:
@@ -48,7 +49,10 @@ def list_tests(drives: Sequence[Drive]) -> tuple[BatteryTest, ...]:
 
 
 def slack_in(test: BatteryTest, drives: Sequence[Drive]) -> tuple[int, ...]:
-    """Return the actuators switched off during a test; one without a range is on in its own tests alone."""
+    """Return the ids of the tendon actuators that are disabled during a test.
+
+    A tendon actuator without a control range is enabled only in its own tests.
+    """
     alone = test.kind in ("reference", "single")
     return tuple(
         drive.actuator
@@ -58,7 +62,7 @@ def slack_in(test: BatteryTest, drives: Sequence[Drive]) -> tuple[int, ...]:
 
 
 def commands_at_end(test: BatteryTest, neutral: Array, drives: Sequence[Drive]) -> Array:
-    """Return the commands at the end of the ramp, (nu,)."""
+    """Return the commands of a test at the end of the ramp, (nu,)."""
     target = neutral.copy()
     for index, drive in enumerate(drives):
         if index == test.drive:
@@ -73,7 +77,10 @@ def commands_at_end(test: BatteryTest, neutral: Array, drives: Sequence[Drive]) 
 
 
 def random_commands(neutral: Array, drives: Sequence[Drive], frames: int, hold: int, seed: int) -> Array:
-    """Return random ends for every actuator, changed together every `hold` frames, (n_frames, nu)."""
+    """Return commands that are random ends of the control ranges, (n_frames, nu).
+
+    All change together every `hold` frames. An actuator without a control range stays at its neutral command.
+    """
     rng = np.random.default_rng(seed)
     ctrl = np.tile(neutral, (frames, 1))
     for begin in range(0, frames, hold):

@@ -1,9 +1,10 @@
-"""Codes that faults often explain together.
+"""Groups of fault codes that several rules list as their consequences.
 
-Source: our choice, tried on robots with two faults. Missing parts explain before wiring and ranges, these before
-topology, overlap, falling, collapse, growth of energy, chatter, locks, no effect, sensors. Divergence explains nothing:
-other rules look at tests that do not diverge. Chatter spoils forces, not obstacles: rules about effects look at the
-place a robot shakes about. Force, power, speed and stroke explain nothing of each other: a motor has a limit for each.
+Source: our choice, tried on robots with two faults. Causes come in this order: missing parts, wiring and ranges,
+topology, overlap, falling, collapse, growth of energy, chatter, locks, no effect, sensors. Divergence explains nothing,
+because other rules use only tests that do not diverge. Chatter makes forces useless but not the search for obstacles,
+because rules about effects use the mean position about which a robot shakes. Faults of force, power, speed and stroke
+do not explain each other: a motor has a separate limit for each.
 """
 
 NO_MOTION = (
@@ -16,8 +17,8 @@ NO_MOTION = (
     "no_effect",
     "sensor_constant",
 )
-"""The actuators do not move the robot, for whatever reason."""
+"""The actuators do not move the robot, for any reason."""
 COLLAPSE = ("passive_collapse", "gravity_collapse")
 FALL = ("free_fall", "base_not_attached")
 SHAKING = ("energy_growth", "underdamped", "numerical_instability", "chatter", "limit_overrun")
-"""It does not come to rest, or goes too far."""
+"""The robot does not come to rest, or its joints exceed their ranges."""

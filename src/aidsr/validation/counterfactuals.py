@@ -1,4 +1,4 @@
-"""Counterfactuals: the same robot with one thing taken away. They turn a symptom into a cause."""
+"""Counterfactuals: changes that remove one property of a robot, to find out whether it causes a symptom."""
 
 from __future__ import annotations
 
@@ -11,17 +11,18 @@ from aidsr.sim.structure import Structure
 from aidsr.validation.protocol import Variant
 
 _ROBOT_TYPE, _ROBOT_AFFINITY = 1 << 30, 1 << 29
-"""Collision bits that users do not reach; a contact needs the type of one geom in the affinity of the other."""
+"""Collision bits that users' models do not use. MuJoCo makes a contact only if a bit of one geom's contype is in the
+other geom's conaffinity."""
 _NEVER_M = -1e6
 
 
 def without_limits(model: mujoco.MjModel) -> None:
-    """No joint or tendon limits."""
+    """Disable all joint and tendon limits."""
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_LIMIT)
 
 
 def softer(factor: float) -> Variant:
-    """Springs of joints and tendons, and their damping, times a factor."""
+    """Return a change that multiplies stiffness and damping of all joints and tendons by a factor."""
 
     def change(model: mujoco.MjModel) -> None:
         for values in (model.jnt_stiffness, model.tendon_stiffness, model.dof_damping, model.tendon_damping):
@@ -31,7 +32,7 @@ def softer(factor: float) -> Variant:
 
 
 def without_self_contact(structure: Structure) -> Variant:
-    """The robot's parts pass through each other and still touch everything else."""
+    """Return a change that disables contacts between the robot's parts and keeps those with everything else."""
 
     def change(model: mujoco.MjModel) -> None:
         ours = np.isin(np.arange(model.ngeom), structure.geoms)
@@ -47,7 +48,7 @@ def without_self_contact(structure: Structure) -> Variant:
 
 
 def without_contacts_of(geoms: Sequence[int]) -> Variant:
-    """Some geoms pass through everything."""
+    """Return a change that disables all contacts of some geoms."""
 
     def change(model: mujoco.MjModel) -> None:
         model.geom_contype[list(geoms)] = model.geom_conaffinity[list(geoms)] = 0
@@ -58,14 +59,14 @@ def without_contacts_of(geoms: Sequence[int]) -> Variant:
 
 
 def mass_ratio(model: mujoco.MjModel, structure: Structure) -> float:
-    """Return the mass of the heaviest moving body / the median; 1 where nothing has mass."""
+    """Return the mass of the heaviest moving body / the median mass of the moving bodies; 1 if nothing has mass."""
     masses = np.array(model.body_mass[list(structure.moving)])
     masses = masses[masses > 0]
     return float(masses.max() / np.median(masses)) if masses.size else 1.0
 
 
 def without_outlier_mass(structure: Structure) -> Variant:
-    """Bodies heavier than the median get the median's mass, and inertia in proportion."""
+    """Return a change that gives bodies heavier than the median the median mass, and scales their inertia likewise."""
 
     def change(model: mujoco.MjModel) -> None:
         moving = list(structure.moving)

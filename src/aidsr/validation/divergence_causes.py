@@ -1,4 +1,4 @@
-"""Why does it diverge? Change one thing at a time, run the whole protocol again, and see when it no longer does."""
+"""Search for the cause of a divergence: change one property at a time and run the whole protocol again."""
 
 from __future__ import annotations
 
@@ -18,22 +18,24 @@ _EXPLICIT = (int(mujoco.mjtIntegrator.mjINT_EULER), int(mujoco.mjtIntegrator.mjI
 _LONG_STEP_S = 0.003
 _SHORTEST_STEP_S = 1e-4
 _LEAST_DAMPING_S, _DAMPING_S = 0.005, 0.02
-"""Damping / stiffness below which a joint hardly has any, and what is tried. Our choice."""
+"""Damping / stiffness [s] below which the damping of a joint is unusually low, and the value that is tried. Our
+choice."""
 _LOUD_N, _LOUD_WEIGHTS = 30.0, 50.0
-"""Actuator force beyond reason for a cable robot; see `actuator_overforce`."""
+"""Actuator force that is unreasonable for a cable robot: above both 30 N and 50 times its weight; see
+`actuator_overforce`."""
 _MOST_STEPS = 1_000_000
-"""Time steps of all trials together. Our choice: half of what one validation may take."""
+"""Most time steps of all trials together. Our choice: half of the limit for one validation."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One thing that is changed.
+    """One change of the model that may remove a divergence.
 
     Attributes:
-        words: What is changed, as in "no longer fails ...".
-        cure: The same change as an instruction.
-        change: Makes it.
-        odd: Whether the number that it changes is out of the ordinary: then it is tried first.
+        words: Description of the change that completes "it no longer fails ...".
+        cure: The same change as an instruction to the author of the robot.
+        change: Function that makes the change.
+        odd: Whether the property that is changed has an unusual value; such changes are tried first.
     """
 
     words: str
@@ -43,7 +45,10 @@ class Trial:
 
 
 def find_cause(robot: RobotUnderTest) -> Trial | None:
-    """Return the first change with which no test of a robot diverges; None where none helps, or it would take long."""
+    """Return the first change with which no test of a robot diverges.
+
+    None if no change helps, or if the trials would take more than `_MOST_STEPS` time steps.
+    """
     steps = 0
     for trial in sorted(_trials(robot), key=lambda trial: not trial.odd):
         changed = copy.copy(robot.model)
@@ -58,7 +63,7 @@ def find_cause(robot: RobotUnderTest) -> Trial | None:
 
 
 def _trials(robot: RobotUnderTest) -> Iterator[Trial]:
-    """Changes in the order in which they alter a robot, from not at all to much."""
+    """Yield the changes in the order of how much they alter the robot, the smallest first."""
     yield from _of_integration(robot)
     yield from _of_strength(robot)
     yield from _of_surroundings(robot)

@@ -1,4 +1,4 @@
-"""The validator inside the worker: text in, report out. Never called in the user's process."""
+"""The validator inside the worker process: MJCF text in, report out. Never called in the user's process."""
 
 from __future__ import annotations
 
@@ -33,12 +33,13 @@ _LAYERS = ("load", "structure", "scope", "simulate", "realizability")
 
 @dataclass(frozen=True, eq=False)
 class Examination:
-    """A report and what it was read off, for those who show more than the report says.
+    """A report with the data behind it, for callers that show more than the report contains.
 
     Attributes:
-        report: What `validate` returns.
-        mounted: What was driven; None for a document that cannot be loaded.
-        robot: What the rules looked at; without evidence where nothing was driven.
+        report: The report that `validate` returns.
+        mounted: The model that was tested; None for a document that cannot be loaded.
+        robot: The input of the rules; its evidence is None if nothing was simulated. None for a document that cannot be
+            loaded.
     """
 
     report: ValidationReport
@@ -56,10 +57,10 @@ def examine_text(
     select: Collection[str] = (),
     ignore: Collection[str] = (),
 ) -> Examination:
-    """Return the report on an MJCF text with what it was read off; see `aidsr.validation.validate` for the arguments.
+    """Return the report on an MJCF text with the data behind it; see `aidsr.validation.validate` for the arguments.
 
-    Without `drive`, or where no selected rule needs it, it ends with what can be read off the compiled model, which
-    takes milliseconds.
+    Without `drive`, or if no selected rule needs the simulation, only the compiled model is examined, which takes
+    milliseconds.
     """
     rules = select_rules(select, ignore)
     notes = tuple(_selection_notes(select, ignore))
@@ -84,7 +85,7 @@ def examine_text(
         measurements |= measure_tests(robot) | measure_places(robot)
         works = all(fault.severity != "error" or fault.layer == "scope" for fault in robot.found)
         apply_rules(_of_stage(rules, Stage.DRAWING), robot)
-        # forces and speeds of a robot that does not work say nothing about its motors
+        # the forces and speeds of a robot with errors do not show which motors it needs
         if works:
             apply_rules(_of_stage(rules, Stage.BUILDING), robot)
             measurements["motors"] = motor_measurements(robot)
@@ -108,7 +109,10 @@ def _of_stage(rules: Sequence[Rule], stage: Stage) -> list[Rule]:
 
 
 def _explained(robot: RobotUnderTest, measurements: dict[str, Any]) -> tuple[Fault, ...]:
-    """The faults that are causes; `measurements` gets whether an overlap explains a divergence, which is tested."""
+    """Return the faults without those that another fault explains.
+
+    Whether an overlap explains a divergence is decided by a simulation; the answer is added to `measurements`.
+    """
     explains = overlap_explains_divergence(robot)
     if explains is None:
         return without_consequences(robot.found)
@@ -117,7 +121,11 @@ def _explained(robot: RobotUnderTest, measurements: dict[str, Any]) -> tuple[Fau
 
 
 def _open_environment(text: str) -> mujoco.MjModel:
-    """The environment, compiled; its faults say that they are not the robot's."""
+    """Return the compiled environment.
+
+    Raises:
+        MjcfError: The environment cannot be compiled; the messages of the faults name the environment.
+    """
     try:
         return compile_mjcf(text)
     except MjcfError as error:
@@ -126,7 +134,10 @@ def _open_environment(text: str) -> mujoco.MjModel:
 
 
 def find_overflow(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find a robot without a size, a tendon without a length or levers, and a time step that is none."""
+    """Find numbers that are not finite: the size of the robot, tendon lengths, moment arms, or the time step.
+
+    A time step of 0 or less counts as well.
+    """
     drawn, timestep_s = robot.drawn, float(robot.model.opt.timestep)
     broken = [robot.tendon(tendon) for tendon in np.flatnonzero(~np.isfinite(drawn.ten_length)).tolist()]
     if not (np.isfinite(drawn.ten_J).all() and np.isfinite(drawn.actuator_moment).all()):
@@ -140,7 +151,7 @@ def find_overflow(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def find_long_tests(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find a time step with which the tests take too long; the bound is on steps, the same on every machine."""
+    """Find a time step so small that the tests take too many steps. A bound on steps is the same on every machine."""
     protocol, timestep_s = Protocol(), float(robot.model.opt.timestep)
     steps = protocol.steps(robot.model, robot.structure)
     if steps > protocol.most_steps:
@@ -154,7 +165,10 @@ def find_long_tests(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def apply_rules(rules: Sequence[Rule], robot: RobotUnderTest) -> None:
-    """Collect what some rules find, in their order; a check that several share runs once."""
+    """Append the faults that some rules find to `robot.found`, in the order of the rules.
+
+    A check that several rules share runs once.
+    """
     codes = {rule.code for rule in rules}
     for check in dict.fromkeys(rule.check for rule in rules if rule.check is not None):
         robot.found.extend(fault for fault in check(robot) if fault.code in codes)
@@ -163,7 +177,14 @@ def apply_rules(rules: Sequence[Rule], robot: RobotUnderTest) -> None:
 def make_report(
     faults: tuple[Fault, ...], measurements: dict[str, Any], notes: tuple[str, ...], realizable: bool
 ) -> ValidationReport:
-    """Return the report, errors first; what cannot be built is an error only where that is enforced."""
+    """Return the report, errors first.
+
+    Args:
+        faults: Faults to report.
+        measurements: Measured values, by name.
+        notes: Remarks on how the document was tested.
+        realizable: Whether faults of the layer "realizability" keep their severity; else they become warnings.
+    """
     ranked = [
         fault if realizable or fault.layer != "realizability" else fault.model_copy(update={"severity": "warning"})
         for fault in faults
@@ -179,7 +200,7 @@ def make_report(
 
 
 def measure_model(robot: RobotUnderTest) -> dict[str, Any]:
-    """Return what the model is made of, as numbers; of a scene also where the functional part is in the world."""
+    """Return counts and sizes of the model, and the position of the functional part in the world if it has one [m]."""
     structure, site = robot.structure, mujoco.mj_name2id(robot.model, mujoco.mjtObj.mjOBJ_SITE, FUNCTIONAL_SITE)
     found = {
         "characteristic_length_m": structure.characteristic_length_m,
@@ -195,7 +216,7 @@ def measure_model(robot: RobotUnderTest) -> dict[str, Any]:
 
 
 def measure_tests(robot: RobotUnderTest) -> dict[str, Any]:
-    """Return what the tests measured, as numbers."""
+    """Return the results of the tests as numbers, by name; empty if the simulation of settling failed."""
     evidence = robot.driven
     if evidence.battery is None:
         return {}
@@ -212,11 +233,12 @@ def measure_tests(robot: RobotUnderTest) -> dict[str, Any]:
 
 
 def measure_places(robot: RobotUnderTest) -> dict[str, Any]:
-    """Return where the functional part of a scene, and all that is free, came to in the tests, in the world [m].
+    """Return positions of the functional part of a scene and of all free bodies in the tests, in the world [m].
 
-    "functional_part_at_rest_m" and "free_bodies_at_rest_m" are at the end of the passive phase, when nothing is pulled.
-    "functional_part_pulled_m" has for each actuator, the other tendons slack, where the part was when the growing
-    command was half of the pulling end, and where it was held at that end, on average over the last quarter.
+    "functional_part_at_rest_m" and "free_bodies_at_rest_m" are at the end of the passive phase, with all tendons slack.
+    "functional_part_pulled_m" has two positions of the part for each actuator, with the other tendons slack: when the
+    command is halfway up its ramp to the pulling end, and the mean over the last quarter, when the command is held at
+    that end. Empty if the model has no functional part or the passive phase cannot be measured.
     """
     evidence, model = robot.driven, robot.model
     site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, FUNCTIONAL_SITE)
@@ -224,7 +246,7 @@ def measure_places(robot: RobotUnderTest) -> dict[str, Any]:
         return {}
     free = np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE).tolist()
     ways_m = evidence.battery.fields["site_xpos"][:, :, site]
-    half = round(evidence.protocol.ramp_share * ways_m.shape[1] / 2)  # frames count from 1 while the command grows
+    half = round(evidence.protocol.ramp_share * ways_m.shape[1] / 2)  # frames of the ramp count from 1
     pulled = {}
     for row in sorted(set(robot.single_tests(range(len(evidence.drives)))) & set(robot.sound_tests)):
         drive = evidence.drives[evidence.tests[row].drive]

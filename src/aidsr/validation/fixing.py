@@ -1,4 +1,4 @@
-"""Fix a robot and validate it again, in turns, until it is stable or nothing helps any more."""
+"""Alternate between fixing and validating a robot until it is stable or no fix changes it."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from aidsr.mjcf.read import text_of
 from aidsr.validation.validator import Mount, validate
 
 ROUNDS = 8
-"""Most rounds of fixes. Our choice: robots of the validator's own benchmark that are cured are so after at most 4."""
+"""Most rounds of fixes. Our choice: robots of the validator's own benchmark that can be cured need at most 4."""
 
 
 class StableFix(FixResult):
-    """An MJCF text after its fixes, with what was found in it last; `unfixed` are the codes of the errors left."""
+    """An MJCF text after its fixes, with the report on it; `unfixed` has the codes of the remaining errors."""
 
     report: ValidationReport
 
@@ -32,23 +32,23 @@ def fix_until_stable(
     environment: str = "",
     realizable: bool = False,
 ) -> StableFix:
-    """Fix what simulation finds, validate again, and so on; return the best version.
+    """Fix the faults that validation finds, validate again, and so on; return the best version.
 
-    Fixes that are not safe are applied too: compare the notes with what you meant. The best version has the fewest
-    errors. One with an error that the robot did not have before is never returned, unless the robot could not be
-    simulated before, so that nobody could know.
+    Fixes that are not safe are applied too: check the notes for changes that you did not intend. The best version has
+    the fewest errors. A version with an error that the original robot did not have is never returned, unless the
+    original could not be simulated, so that its errors are unknown.
 
         fixed = aidsr.fix_until_stable("robot.xml")
         print(fixed.report.stable, fixed.notes)
 
     Args:
-        mjcf: The text, the path of its file, which is not written, or a robot or a scene.
-        rounds: Most rounds of fixes; each takes a validation.
-        also: Code or codes whose faults are fixed where they are warnings, too.
-        mount: As for `aidsr.validate`, like all that follow.
+        mjcf: MJCF text, the path of a file (which is not changed), or a robot or a scene.
+        rounds: Most rounds of fixes; each round includes a validation.
+        also: Code or codes of faults to fix even if they are only warnings.
+        mount: How the root is held; this and all arguments below are those of `aidsr.validate`.
         needs_contact: Whether the task can only be done by touching something.
         environment: MJCF of the environment the robot is meant for.
-        realizable: Whether parts that could not be built are errors.
+        realizable: Whether parts that cannot be built count as errors.
 
     Raises:
         TypeError: `mjcf` is none of these.
@@ -79,14 +79,14 @@ def fix_until_stable(
 
 
 def _harms(before: ValidationReport, after: ValidationReport) -> bool:
-    """Whether a version has an error that the robot did not have when it was simulated."""
+    """Return whether a version has an error that the original did not have; False if that could not be simulated."""
     if any(fault.layer == "load" for fault in before.errors):
         return False
     return not _codes(after.errors) <= _codes(before.errors)
 
 
 def _left(version: StableFix, wanted: Collection[str]) -> tuple[int, int, int]:
-    """Count what is wrong: a text that does not load first, then errors, then what else is to be fixed."""
+    """Return the numbers of load errors, of all errors, and of faults with a code in `wanted`, for comparison."""
     report = version.report
     unloaded = sum(fault.layer == "load" for fault in report.errors)
     return unloaded, len(report.errors), sum(fault.code in wanted for fault in report.faults)

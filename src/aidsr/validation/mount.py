@@ -1,4 +1,4 @@
-"""Where a robot alone is tested: welded to the world, or free on a plane, under the environment's physics."""
+"""Preparation of a robot for its test alone: fixed to the world or free on a plane, with the environment's physics."""
 
 from __future__ import annotations
 
@@ -46,12 +46,13 @@ _PHYSICS = (
 
 @dataclass(frozen=True, eq=False)
 class MountedModel:
-    """A robot or scene as it is driven.
+    """A robot or scene ready to be simulated.
 
     Attributes:
-        model: What is driven.
-        spec: What it was compiled from, for pictures of it; its physics may be the environment's in `model` only.
-        notes: What was changed to let it stand, one sentence each.
+        model: The model to simulate.
+        spec: The specification the model was compiled from, for pictures. The environment's physics are set in `model`
+            only.
+        notes: Changes that were made to mount the robot, one sentence each.
     """
 
     model: mujoco.MjModel
@@ -60,18 +61,18 @@ class MountedModel:
 
 
 def mount_model(loaded: Loaded, mount: Mount, environment: mujoco.MjModel | None) -> MountedModel:
-    """Return the model to be driven.
+    """Return the model to simulate.
 
-    A scene is driven as it is. A robot alone keeps the ground it brings along; a free one without gets a plane at its
-    lowest point.
+    The bodies of a scene are not changed. A robot alone keeps the ground of its own document; a free robot without a
+    ground gets a plane at its lowest point.
 
     Args:
         loaded: The robot or scene.
-        mount: "fixed" removes a free joint at the root, "free" adds one, "auto" keeps what is written.
-        environment: Whose physics hold for the robot, or None.
+        mount: "fixed" removes a free joint at the root, "free" adds one, "auto" changes nothing.
+        environment: Environment whose physics options a robot alone gets, or None.
 
     Raises:
-        MjcfError: A robot without a single root, or whose root has joints of its own, cannot be set free.
+        MjcfError: `mount` is "free", and the robot has several roots or a root with other joints.
     """
     model, spec = loaded.model, loaded.spec
     notes: list[str] = []
@@ -81,7 +82,7 @@ def mount_model(loaded: Loaded, mount: Mount, environment: mujoco.MjModel | None
             _apply_physics(model, environment, free=_is_free(model))
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
-    # a sleeping body would look like one without effect
+    # a sleeping body would be mistaken for one that the actuators do not move
     model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
     choose_jacobian(model)
     return MountedModel(model, spec, tuple(notes))
@@ -95,7 +96,7 @@ def _mounted(loaded: Loaded, mount: Mount, notes: list[str]) -> tuple[mujoco.MjM
         return model, loaded.spec
     spec = loaded.spec.copy()
     if wanted != free:
-        # keyframes hold one number per coordinate and would no longer fit
+        # the number of coordinates changes, so the keyframes would no longer fit
         for key in list(spec.keys):
             spec.delete(key)
         (_set_free if wanted else _fix)(spec, notes)
@@ -142,9 +143,10 @@ def _lowest_m(model: mujoco.MjModel) -> float:
 
 
 def _apply_physics(model: mujoco.MjModel, environment: mujoco.MjModel, *, free: bool) -> None:
-    """Give the robot the environment's physics; a smaller time step of its own is kept.
+    """Copy the environment's physics options to the robot's model; of the two time steps the smaller is used.
 
-    A fixed robot also gets gravity as it feels it at the environment's mount: a limb that will hang is tested hanging.
+    For a fixed robot, gravity is rotated into the frame of the environment's mount, so that a limb that will hang is
+    tested hanging.
     """
     for name in _PHYSICS:
         setattr(model.opt, name, getattr(environment.opt, name))
@@ -158,7 +160,7 @@ def _apply_physics(model: mujoco.MjModel, environment: mujoco.MjModel, *, free: 
 
 
 def _mount_axes(environment: mujoco.MjModel) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
-    """Axes of the environment's first mount site as columns, (3, 3); the world's without one."""
+    """Return the axes of the environment's first mount site as columns, (3, 3); the world axes if it has none."""
     data = mujoco.MjData(environment)
     mujoco.mj_forward(environment, data)
     for site in range(environment.nsite):

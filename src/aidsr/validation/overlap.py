@@ -1,4 +1,4 @@
-"""Did the overlap cause the divergence? The order of causes would assume so; a counterfactual simulation decides."""
+"""Decide by a counterfactual simulation whether an overlap causes a divergence, instead of assuming it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rules.initial_pose import overlaps
 
 REFUTED = frozenset({("initial_penetration", "numerical_instability")})
-"""The explanation that does not hold where a robot diverges without its overlapping contacts too."""
+"""The explanation, as (cause, consequence), that is wrong if the robot also diverges without its overlapping
+contacts."""
 
 _ADDED = {
     ("initial_penetration", True): "; the simulation fails, and no longer does without the contacts of these parts",
@@ -21,9 +22,9 @@ _ADDED = {
 
 
 def overlap_explains_divergence(robot: RobotUnderTest) -> bool | None:
-    """Return whether a robot that overlaps and diverges no longer diverges without those contacts.
+    """Return whether a robot with an overlap and a divergence no longer diverges without the overlapping contacts.
 
-    None for a robot without both. The whole protocol is run again on a changed copy of the model.
+    None if the robot does not have both errors. The whole protocol is run again on a changed copy of the model.
     """
     codes = {fault.code for fault in robot.found if fault.severity == "error"}
     if not {"initial_penetration", "numerical_instability"} <= codes:
@@ -36,7 +37,7 @@ def overlap_explains_divergence(robot: RobotUnderTest) -> bool | None:
 
 
 def with_verdict(faults: Sequence[Fault], explains: bool) -> list[Fault]:
-    """Return faults in which overlap and divergence say what the counterfactual showed."""
+    """Return the faults, with the result of the counterfactual added to the messages of overlap and divergence."""
     added = {code: text for (code, verdict), text in _ADDED.items() if verdict == explains}
     return [
         fault.model_copy(update={"message": fault.message + added[fault.code]})

@@ -1,4 +1,4 @@
-"""Where the robot's points are, seen from the root they hang from."""
+"""Positions of the robot's points in the frame of their root body."""
 
 from __future__ import annotations
 
@@ -13,10 +13,16 @@ Array = NDArray[np.float64]
 
 
 def displacements(recording: Recording, structure: Structure, model: mujoco.MjModel, reference: int) -> Array:
-    """Way of every point of the robot from where it is in the reference simulation.
+    """Return the displacement of every point of the robot from its position in the reference simulation.
 
-    Points are centres of mass and marks (sites that no tendon runs through), seen from the root they hang from, so that
-    neither a drifting base nor a moving mount counts as an effect.
+    Points are centres of mass and marks (sites that no tendon runs through). Their positions are in the frame of their
+    root body, so that neither a drifting base nor a moving mount counts as an effect.
+
+    Args:
+        recording: The simulations.
+        structure: The robot's part of the model.
+        model: The model.
+        reference: Index of the reference simulation in the recording.
 
     Returns:
         (n_sims, n_frames, n_points, 3) [m].
@@ -26,13 +32,17 @@ def displacements(recording: Recording, structure: Structure, model: mujoco.MjMo
 
 
 def last_quarter(values: Array, axis: int) -> Array:
-    """The last quarter of the frames, when commands have long been constant."""
+    """Return the last quarter of the frames, in which the commands of a test (other than the sweep) are constant."""
     count = values.shape[axis]
     return np.asarray(np.take(values, range(count - count // 4, count), axis=axis))
 
 
 def seen_from_root(recording: Recording, structure: Structure, model: mujoco.MjModel) -> Array:
-    """Return centres of mass and marks of the robot in the frame of their root, (n_sims, n_frames, n_points, 3) [m]."""
+    """Return the positions of centres of mass and marks in the frame of their root body.
+
+    Returns:
+        (n_sims, n_frames, n_points, 3) [m]; first the bodies, then the marks.
+    """
     return _seen_from_root(recording.fields, structure, model)
 
 
@@ -49,7 +59,10 @@ def _seen_from_root(fields: dict[str, Array], structure: Structure, model: mujoc
 
 
 def _axes(quat: Array) -> Array:
-    """Rotation matrices (..., 3, 3) of unit quaternions (..., 4); a row vector times one is seen in its frame."""
+    """Return the rotation matrices (..., 3, 3) of unit quaternions (..., 4).
+
+    A world row vector times a matrix gives the vector in the rotated frame.
+    """
     w, x, y, z = np.moveaxis(quat, -1, 0)
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -60,7 +73,7 @@ def _axes(quat: Array) -> Array:
 
 
 def drawn_seen_from_root(start: mujoco.MjData, structure: Structure, model: mujoco.MjModel) -> Array:
-    """Return the same points in one pose, (n_points, 3) [m]."""
+    """Return the points of `seen_from_root` in the single pose of `start`, (n_points, 3) [m]."""
     drawn = {name: np.asarray(getattr(start, name))[None, None] for name in ("xipos", "site_xpos", "xpos", "xquat")}
     return np.asarray(_seen_from_root(drawn, structure, model)[0, 0])
 

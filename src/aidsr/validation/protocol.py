@@ -1,7 +1,7 @@
-"""The test protocol: let the robot settle, then drive it in every way a policy could, all in one batch.
+"""The test protocol: let the robot settle, then run a battery of actuator tests in one batch of simulations.
 
-Source: the order of tests and their durations are our choice, calibrated on robots that were known to be good or bad;
-all times are counted in the pendulum time sqrt(L / g), so that a robot twice as large is tested in the same way.
+Source: the order and durations of the tests are our choice, calibrated on robots known to be good or bad. All times are
+multiples of the pendulum time sqrt(L / g), so that a robot twice as large is tested in the same way.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from aidsr.validation.points import drawn_seen_from_root, seen_from_root
 
 Array = NDArray[np.float64]
 Variant = Callable[[mujoco.MjModel], None]
-"""Changes a copy of the model for a counterfactual: what if there were no gravity?"""
+"""Changes a copy of the model in place for a counterfactual simulation, for example one without gravity."""
 
 STANDARD_GRAVITY_M_S2 = 9.81
 _FIELDS = (
@@ -40,7 +40,8 @@ _FIELDS = (
     "actuator_force",
 )
 _SLACK_GROUP, _DRIVEN_GROUP = 30, 0
-"""The first is the last that can be switched off. Source: MuJoCo XML reference, option/actuatorgroupdisable."""
+"""Actuator groups of disabled and of enabled actuators; 30 is the highest group that can be disabled. Source: MuJoCo
+XML reference, option/actuatorgroupdisable."""
 _BALL, _HINGE = int(mujoco.mjtJoint.mjJNT_BALL), int(mujoco.mjtJoint.mjJNT_HINGE)
 
 
@@ -49,30 +50,32 @@ class Protocol:
     """Durations and amplitudes of the tests. Times are multiples of sqrt(L / g)."""
 
     kick_rad: float = 0.02
-    """Push of every hinge and ball before settling: perfect symmetry hides instability."""
+    """Initial deflection of every hinge and ball joint before settling: perfect symmetry hides instability."""
     kick_speed_rad_s: float = 50.0
-    """Speed that this push may give a joint: a stiff robot is pushed less, lest its own springs tear it apart."""
+    """Largest joint speed that this deflection may cause; a stiff robot is deflected less, because its released springs
+    would make it diverge."""
     settle: float = 12.0
     settle_bounds_s: tuple[float, float] = (1.0, 4.0)
     test: float = 9.0
     test_bounds_s: tuple[float, float] = (0.8, 3.0)
     ramp_share: float = 0.25
-    """Share of a test during which a command grows from neutral."""
+    """Share of a test during which the command is ramped from neutral to its target."""
     hold: float = 0.35
-    """How long the random sweep holds each command, as an exploring policy does."""
+    """Duration for which the random sweep holds each command, as an exploring policy does."""
     frame: float = 0.05
-    """Time between two looks at the simulation."""
+    """Time between two recorded frames of the simulation."""
     seed: int = 0
-    """Of kick and sweep."""
+    """Seed of the random signs of the initial deflection and of the random sweep."""
     most_steps: int = 2_000_000
-    """Time steps of all tests together, some 30 s on two cores for an arm of 12 segments; more could not be trained."""
+    """Most time steps of all tests together, about 30 s on two cores for an arm of 12 segments. A robot that needs more
+    could not be trained."""
 
     def frame_steps(self, model: mujoco.MjModel, length_m: float) -> int:
-        """Time steps between two looks; three are needed for an acceleration."""
+        """Return the time steps in a frame, at least three: an acceleration needs three."""
         return max(3, round(self.frame * pendulum_time_s(length_m) / float(model.opt.timestep)))
 
     def steps(self, model: mujoco.MjModel, structure: Structure) -> int:
-        """Time steps of all tests together, about: what the whole protocol will cost."""
+        """Return the approximate number of time steps of all tests together, the cost of the whole protocol."""
         length_m = structure.characteristic_length_m
         frame_steps = self.frame_steps(model, length_m)
         frame_s = frame_steps * float(model.opt.timestep)
@@ -83,7 +86,14 @@ class Protocol:
         return frame_steps * (2 * settle + (4 + 2 * len(structure.actuators)) * test)
 
     def frames(self, multiple: float, bounds_s: tuple[float, float], length_m: float, frame_s: float) -> int:
-        """Frames of a phase, its bounds [s] observed."""
+        """Return the number of frames, at least 8, of a phase of a duration.
+
+        Args:
+            multiple: Duration as a multiple of sqrt(L / g).
+            bounds_s: Shortest and longest duration [s].
+            length_m: L [m].
+            frame_s: Duration of a frame [s].
+        """
         duration_s = min(max(multiple * pendulum_time_s(length_m), bounds_s[0]), bounds_s[1])
         return max(8, math.ceil(duration_s / frame_s))
 
@@ -95,18 +105,20 @@ def pendulum_time_s(length_m: float) -> float:
 
 @dataclass(frozen=True)
 class Evidence:
-    """What the robot did.
+    """Recordings of the test protocol on one robot.
 
     Attributes:
-        protocol: How it was tested.
+        protocol: Durations and amplitudes of the tests.
         frame_steps: Time steps in a frame.
         start: Data in the reference pose.
-        settle: Passive phase; simulation 0 as it is, simulation 1 without gravity.
-        drawn_m: Every point of the robot in the reference pose, seen from its root, (n_points, 3); see `displacements`.
-        settling_m: The same during the passive phase, (2, n_frames, n_points, 3).
+        settle: Recording of the passive phase: simulation 0 with the model's gravity, simulation 1 without gravity.
+        drawn_m: Every point of the robot in the reference pose, in the frame of its root, (n_points, 3) [m]; see
+            `displacements` for the points.
+        settling_m: The same points during the passive phase, (2, n_frames, n_points, 3) [m].
         settled: Data at the end of simulation 0.
-        drives: Commands of the robot's actuators there.
-        tests, battery: The driven phase and what its rows are; None when the robot did not survive settling.
+        drives: Commands of the robot's actuators in the settled state; empty if simulation 0 failed.
+        tests: The tests of the driven phase, one for each row of `battery`; empty if simulation 0 failed.
+        battery: Recording of the driven phase; None if simulation 0 failed.
     """
 
     protocol: Protocol
@@ -123,13 +135,13 @@ class Evidence:
 
 @dataclass(frozen=True)
 class PlannedTests:
-    """The battery before it is run, for those who show one test of it.
+    """The battery before it is run, for callers that show a single test.
 
     Attributes:
         frame_steps: Time steps in a frame.
-        drives: Commands of the robot's actuators where it settled.
-        tests: What is tested.
-        simulations: The same as simulations.
+        drives: Commands of the robot's actuators in the settled state.
+        tests: The tests.
+        simulations: The simulation of each test, in the same order.
     """
 
     frame_steps: int
@@ -141,7 +153,7 @@ class PlannedTests:
 def plan_tests(
     model: mujoco.MjModel, structure: Structure, protocol: Protocol = Protocol(), threads: int = 2
 ) -> PlannedTests | None:
-    """Return the battery of `gather_evidence`, or None for a robot that does not survive settling."""
+    """Return the battery that `gather_evidence` would run, or None if the simulation of settling fails."""
     frame_steps = protocol.frame_steps(model, structure.characteristic_length_m)
     start = mujoco.MjData(model)
     mujoco.mj_forward(model, start)
@@ -158,7 +170,7 @@ def plan_tests(
 def gather_evidence(
     model: mujoco.MjModel, structure: Structure, protocol: Protocol = Protocol(), threads: int = 2
 ) -> Evidence:
-    """Run the whole protocol on a robot or a scene; `model` must have automatic reset off."""
+    """Run the whole protocol on a robot or a scene and return the recordings; `model` must have automatic reset off."""
     length_m = structure.characteristic_length_m
     frame_steps = protocol.frame_steps(model, length_m)
     start = mujoco.MjData(model)
@@ -182,7 +194,19 @@ def rerun(
     tests: Sequence[int],
     threads: int = 2,
 ) -> Recording:
-    """Return a reference and some tests in a changed copy of the model, (1 + n) simulations."""
+    """Run some tests again in a changed copy of the model.
+
+    Args:
+        model: The original model.
+        structure: The robot's part of the model.
+        evidence: Result of the original tests; its settled state is the start.
+        variant: The change.
+        tests: Rows of the original battery, n of them.
+        threads: Native threads of the simulation.
+
+    Returns:
+        A recording of 1 + n simulations: the reference first, then the tests in the order given.
+    """
     changed = copy.copy(model)
     variant(changed)
     chosen = (BatteryTest("reference"), *(evidence.tests[index] for index in tests))
@@ -212,7 +236,7 @@ def _settle(
 
 
 def _settled(model: mujoco.MjModel, settle: Recording) -> mujoco.MjData:
-    """Data at the end of the passive phase."""
+    """Return the data at the end of the passive phase with gravity."""
     settled = mujoco.MjData(model)
     mujoco.mj_setState(model, settled, settle.states[0], mujoco.mjtState.mjSTATE_INTEGRATION)
     if not settle.failed(0):
@@ -221,9 +245,9 @@ def _settled(model: mujoco.MjModel, settle: Recording) -> mujoco.MjData:
 
 
 def _kick(model: mujoco.MjModel, structure: Structure, start: mujoco.MjData, protocol: Protocol) -> mujoco.MjData:
-    """The reference pose with every hinge and ball of the robot turned a little.
+    """Return data in the reference pose with every hinge and ball joint of the robot deflected a little.
 
-    Source: a spring that is let go at angle q with acceleration a reaches q omega = sqrt(q a).
+    Source: a spring released at angle q with acceleration a reaches the speed q omega = sqrt(q a).
     """
     rng = np.random.default_rng(protocol.seed)
     turn = np.zeros(model.nv)
@@ -245,7 +269,10 @@ def _kick(model: mujoco.MjModel, structure: Structure, start: mujoco.MjData, pro
 
 
 def _with_slack(model: mujoco.MjModel, slack: Sequence[int]) -> mujoco.MjModel:
-    """A copy in which some actuators are switched off: no force at all, which no command of a servo gives."""
+    """Return a copy of the model in which the actuators `slack` are disabled.
+
+    A disabled actuator has no force at all; no constant command of a servo achieves that.
+    """
     changed = copy.copy(model)
     disabled = int(model.opt.disableactuator)
     off = [0 <= group <= _SLACK_GROUP and bool(disabled >> group & 1) for group in map(int, model.actuator_group)]

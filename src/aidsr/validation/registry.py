@@ -1,6 +1,7 @@
-"""All rules: those of this package and those that other packages add, in the order in which they are applied.
+"""All rules, those of this package and those of other packages, in the order in which they are applied.
 
-A package adds rules through the entry-point group "aidsr.rules": the entry's name is the code, its value the `Rule`.
+A package adds rules through the entry-point group "aidsr.rules": the name of an entry is the code, its value the
+`Rule`.
 """
 
 from __future__ import annotations
@@ -41,7 +42,8 @@ def all_rules() -> tuple[Rule, ...]:
     """Return all rules in the order of application: by stage, and within a stage causes before consequences.
 
     Raises:
-        UserError: A rule of another package cannot be loaded, its code is taken, or rules explain each other.
+        UserError: A rule of another package cannot be loaded or has a code that is in use, or rules explain each other
+            in a cycle.
     """
     added = [plugin.value for plugin in _added_rules()]
     return _ordered([*builtin_rules(), *added]) if added else builtin_rules()
@@ -49,20 +51,20 @@ def all_rules() -> tuple[Rule, ...]:
 
 @cache
 def packages_with_rules() -> dict[str, str]:
-    """Return the version of each package that adds rules, by name."""
+    """Return the version of each package that adds rules, by name of the package."""
     return {plugin.package: plugin.version for plugin in _added_rules()}
 
 
 def find_rule(code: str) -> Rule | None:
-    """Return the rule of a code, None for a fault that no rule of the validator finds."""
+    """Return the rule with a code, or None if no rule has it."""
     return _by_code().get(code)
 
 
 def require_rule(code: str) -> Rule:
-    """Return the rule of a code.
+    """Return the rule with a code.
 
     Raises:
-        UserError: There is none.
+        UserError: No rule has this code.
     """
     rule = find_rule(code)
     if rule is None:
@@ -80,7 +82,8 @@ def select_rules(select: Collection[str] = (), ignore: Collection[str] = ()) -> 
         ignore: Codes of rules not to apply.
 
     Raises:
-        UserError: A code that does not exist, or an ignored fault without whose cure nothing can be tested.
+        UserError: A code does not exist, or a code to ignore is that of a fault of the document, which cannot be tested
+            until that fault is cured.
     """
     for code in (*select, *ignore):
         require_rule(code)
@@ -95,7 +98,12 @@ def select_rules(select: Collection[str] = (), ignore: Collection[str] = ()) -> 
 
 
 def is_explained(code: str, faults: Iterable[Fault]) -> bool:
-    """Return whether an error already found explains a fault, so that its own cause need not be looked for."""
+    """Return whether an error already found explains a fault, so that the fault needs no check of its own.
+
+    Args:
+        code: Code of the fault.
+        faults: Faults found so far; warnings explain nothing.
+    """
     return any(code in _consequences().get(fault.code, ()) for fault in faults if fault.severity == "error")
 
 
@@ -103,8 +111,8 @@ def without_consequences(faults: Sequence[Fault], refuted: Collection[tuple[str,
     """Return the faults that no error explains, in the order given; a warning explains nothing.
 
     Args:
-        faults: What the rules found.
-        refuted: Explanations that a counterfactual showed not to hold, as (cause, consequence).
+        faults: Faults that the rules found.
+        refuted: Explanations that a counterfactual simulation refuted, as (code of the cause, code of the consequence).
     """
     explained = {
         consequence
@@ -123,7 +131,7 @@ def _by_code() -> dict[str, Rule]:
 
 @cache
 def _consequences() -> dict[str, frozenset[str]]:
-    """Codes that each code explains."""
+    """Return the codes that each code explains."""
     return {
         rule.code: frozenset(rule.explains) | {other.code for other in all_rules() if rule.code in other.explained_by}
         for rule in all_rules()
@@ -136,10 +144,10 @@ def _added_rules() -> tuple[Plugin[Rule], ...]:
 
 
 def _ordered(found: Sequence[Rule]) -> tuple[Rule, ...]:
-    """Sort by stage; within a stage causes come first, else the order of definition holds.
+    """Sort rules by stage and, within a stage, causes before consequences, otherwise in the order given.
 
     Raises:
-        UserError: Rules explain each other in a circle.
+        UserError: Rules explain each other in a cycle.
     """
     causes = {rule.code: set(rule.explained_by) for rule in found}
     for rule in found:
@@ -160,7 +168,7 @@ def _ordered(found: Sequence[Rule]) -> tuple[Rule, ...]:
 
 
 def _by_check(rules: Sequence[Rule]) -> list[list[Rule]]:
-    """Rules that share a check, and are applied together."""
+    """Return groups of rules that share a check and are therefore applied together."""
     groups: dict[object, list[Rule]] = {}
     for rule in rules:
         groups.setdefault(rule.check or rule, []).append(rule)
@@ -168,6 +176,6 @@ def _by_check(rules: Sequence[Rule]) -> list[list[Rule]]:
 
 
 def _wait(group: Sequence[Rule], waiting: Sequence[Rule], causes: Mapping[str, set[str]]) -> bool:
-    """Whether some cause of a group of rules has not been applied yet."""
+    """Return whether a cause of a group of rules has not been applied yet."""
     others = {rule.code for rule in waiting} - {rule.code for rule in group}
     return any(causes[rule.code] & others for rule in group)

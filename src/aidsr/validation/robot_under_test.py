@@ -1,4 +1,4 @@
-"""What a rule looks at: the compiled robot, how it stands, and what it did."""
+"""The input of every rule: the compiled robot, its structure, and the recordings of its tests."""
 
 from __future__ import annotations
 
@@ -27,15 +27,16 @@ _SPEED_LIMITS = {"max_joint_speed_rad_s": JOINT_SPEED_RAD_S, "max_body_speed_m_s
 
 @dataclass(frozen=True)
 class RobotUnderTest:
-    """One robot or scene under examination.
+    """A robot or scene that is being validated.
 
     Attributes:
-        model: The model that was driven.
-        structure: What of it is the robot.
-        needs_contact: Whether the task needs touch.
-        evidence: What it did; None while only the structure is being looked at.
-        found: What earlier rules found.
-        causes: Counterfactual reruns made so far, by name: they are made for symptoms only and shared between rules.
+        model: The model that is simulated.
+        structure: The robot's part of the model.
+        needs_contact: Whether the task requires contact.
+        evidence: Recordings of the tests; None before the tests, when only the model is examined.
+        found: Faults that earlier rules found.
+        causes: Cache of the counterfactual simulations made so far: their effects, by name of the change and row of the
+            battery. They are run only for robots with a symptom and are shared between rules.
     """
 
     model: mujoco.MjModel
@@ -47,7 +48,7 @@ class RobotUnderTest:
 
     @cached_property
     def drawn(self) -> mujoco.MjData:
-        """Data in the reference pose; rules only read it."""
+        """Data in the reference pose; rules must not change it."""
         data = mujoco.MjData(self.model)
         mujoco.mj_forward(self.model, data)
         return data
@@ -59,75 +60,89 @@ class RobotUnderTest:
 
     @property
     def length_m(self) -> float:
-        """L [m]."""
+        """Characteristic length L [m]."""
         return self.structure.characteristic_length_m
 
     @property
     def driven(self) -> Evidence:
-        """The evidence; rules that ask for it run only when there is some."""
+        """The recordings of the tests; only for rules that run after the tests.
+
+        Raises:
+            RuntimeError: The robot has not been tested.
+        """
         if self.evidence is None:
             raise RuntimeError("this rule needs the evidence of the test battery")
         return self.evidence
 
     @property
     def settled(self) -> bool:
-        """Whether the passive phase can be measured: it neither failed nor became faster than anything real."""
+        """Whether the passive phase can be measured: it did not fail, and no body was faster than `BODY_SPEED_M_S`."""
         settle = self.driven.settle
         speeds = settle.speed_m_s[0][:, list(self.structure.bodies)]
         return not settle.failed(0) and float(np.max(speeds, initial=0.0)) <= BODY_SPEED_M_S
 
     def body(self, index: int) -> str:
-        """Name of a body."""
+        """Return the name of a body."""
         return name_of(self.model, mujoco.mjtObj.mjOBJ_BODY, index)
 
     def joint(self, index: int) -> str:
-        """Name of a joint; one without a name is called after its body."""
+        """Return the name of a joint, or "joint of" its body if it has no name."""
         unnamed = not mujoco.mj_id2name(self.model, mujoco.mjtObj.mjOBJ_JOINT, index)
         return f"joint of {self.body(int(self.model.jnt_bodyid[index]))}" if unnamed else self._name("JOINT", index)
 
     def geom(self, index: int) -> str:
-        """Name of a geom; one without a name is called after its body."""
+        """Return the name of a geom, or "geom of" its body if it has no name."""
         unnamed = not mujoco.mj_id2name(self.model, mujoco.mjtObj.mjOBJ_GEOM, index)
         return f"geom of {self.body(int(self.model.geom_bodyid[index]))}" if unnamed else self._name("GEOM", index)
 
     def site(self, index: int) -> str:
-        """Name of a site."""
+        """Return the name of a site."""
         return self._name("SITE", index)
 
     def tendon(self, index: int) -> str:
-        """Name of a tendon."""
+        """Return the name of a tendon."""
         return self._name("TENDON", index)
 
     def actuator(self, index: int) -> str:
-        """Name of an actuator."""
+        """Return the name of an actuator."""
         return self._name("ACTUATOR", index)
 
     def sensor(self, index: int) -> str:
-        """Name of a sensor."""
+        """Return the name of a sensor."""
         return self._name("SENSOR", index)
 
     def _name(self, kind: str, index: int) -> str:
         return name_of(self.model, getattr(mujoco.mjtObj, f"mjOBJ_{kind}"), index)
 
     def effect_of(self, drive: int) -> float:
-        """Largest effect / L of one actuator alone, the other tendons slack; 0 if it has no end but neutral."""
+        """Return the largest effect / L of one actuator alone, with the other tendons slack.
+
+        0 if both ends of its control range are its neutral command, so that it has no test.
+
+        Args:
+            drive: Index of the actuator in `Evidence.drives`.
+        """
         return max((self.effect_in(test) for test in self.single_tests([drive])), default=0.0)
 
     def effect_in(self, test: int) -> float:
-        """Effect / L of a test: its largest displacement, or where the robot shakes the one it shakes about."""
+        """Return the effect / L of a test: its largest displacement, or the mean displacement at its end if it shakes.
+
+        Args:
+            test: Row of the battery.
+        """
         return float(self._effects[test])
 
     def diverged(self, recording: Recording) -> NDArray[np.bool_]:
-        """Which simulations have a sign of divergence, (n_sims,)."""
+        """Return which simulations of a recording have a sign of divergence, (n_sims,)."""
         return recording_diverged(recording, self.model, self.structure, **_SPEED_LIMITS)
 
     def first_divergence(self, recording: Recording, row: int) -> DivergenceSign | None:
-        """The first sign of divergence in a simulation, None without one."""
+        """Return the first sign of divergence in one simulation of a recording, or None."""
         return first_sign(recording, row, self.model, self.structure, **_SPEED_LIMITS)
 
     @cached_property
     def sound_tests(self) -> tuple[int, ...]:
-        """Rows of the battery without a sign of divergence: what a diverging test shows is its divergence."""
+        """Rows of the battery without a sign of divergence. Other rules use only these tests."""
         battery = self.driven.battery
         return () if battery is None else tuple(np.flatnonzero(~self.diverged(battery)).tolist())
 
@@ -138,11 +153,11 @@ class RobotUnderTest:
         return bool(self.diverged(settle)[0] or battery is None or self.diverged(battery).any())
 
     def shakes(self, test: int) -> bool:
-        """Whether the robot shakes at the end of a test more than an error allows."""
+        """Whether the robot shakes at the end of a test by more than the limit of an error (`CHATTER_ERROR_G`)."""
         return bool(self._shaking[test])
 
     def describe_test(self, row: int) -> str:
-        """Return a test of the battery in words."""
+        """Return a description of a test of the battery, as a noun phrase."""
         test = self.driven.tests[row]
         if test.drive >= 0:
             actuator = self.actuator(self.driven.drives[test.drive].actuator)
@@ -167,17 +182,21 @@ class RobotUnderTest:
         return np.zeros(0) if battery is None else self._effects_of(battery)
 
     def _effects_of(self, recording: Recording) -> NDArray[np.float64]:
-        """Effect / L of each simulation against the first, (n_sims,)."""
+        """Return the effect / L of each simulation, with the first simulation as reference, (n_sims,)."""
         ways_m = displacements(recording, self.structure, self.model, reference=0)
         largest_m = np.linalg.norm(ways_m, axis=-1).max(axis=(1, 2), initial=0.0)
         held_m = np.linalg.norm(last_quarter(ways_m, axis=1).mean(axis=1), axis=-1).max(axis=1, initial=0.0)
         return np.asarray(np.where(self._shakes(recording), held_m, largest_m) / self.length_m)
 
     def shaking_g(self, recording: Recording) -> NDArray[np.float64]:
-        """Root mean square acceleration of each body's centre of mass in the last quarter, (n_sims, n_bodies), in g.
+        """Return the root mean square acceleration of each body's centre of mass in the last quarter of a recording.
 
-        Of the calmest of four parts: a robot that topples late and hits the ground once does not shake. Less what
-        turning at a constant speed takes: a wheel that spins does not shake.
+        The last quarter is divided into four parts and the calmest counts: a robot that topples late and hits the
+        ground once does not shake. The acceleration of turning at a constant speed is subtracted: a spinning wheel does
+        not shake.
+
+        Returns:
+            (n_sims, n_bodies), in standard gravity.
         """
         bodies = list(self.structure.bodies)
         shaking = last_quarter(recording.acceleration_m_s2[:, :, bodies], axis=1)
@@ -192,9 +211,9 @@ class RobotUnderTest:
         return np.asarray(np.sqrt(np.min([part.mean(axis=1) for part in parts], axis=0)) / STANDARD_GRAVITY_M_S2)
 
     def force_n(self, drive: Drive) -> NDArray[np.float64]:
-        """Force of an actuator on its tendon or joint in every frame of the battery, (n_tests, n_frames).
+        """Return the force of an actuator on its tendon or joint in every frame of the battery, (n_tests, n_frames).
 
-        Positive pushes; see `Drive.side` for tendons without a path.
+        In N, or N m on a turning joint. Positive values push; see `Drive.side` for tendons without a path.
 
         Source: MuJoCo documentation, Computation, "Actuation model": `actuator_force` is before the gear.
         """
@@ -205,18 +224,19 @@ class RobotUnderTest:
         return np.asarray(drive.side * force * self.model.actuator_gear[drive.actuator, 0])
 
     def largest_effect(self, drives: Iterable[int]) -> float:
-        """Largest effect / L of some actuators, each alone."""
+        """Return the largest effect / L of some actuators, each driven alone."""
         return max((self.effect_of(drive) for drive in drives), default=0.0)
 
     def single_tests(self, drives: Iterable[int]) -> list[int]:
-        """Rows of the battery in which one of some actuators is driven alone."""
+        """Return the rows of the battery in which one of some actuators is driven alone."""
         wanted = set(drives)
         return [i for i, test in enumerate(self.driven.tests) if test.kind == "single" and test.drive in wanted]
 
     def effects_if(self, name: str, variant: Variant, tests: Sequence[int]) -> dict[int, float]:
-        """Effects of some tests in a changed model, by row of the battery; made once under a name.
+        """Return the effects / L of some tests in a changed model, by row of the battery.
 
-        0 where the changed robot diverges: what is thrown about shows nothing.
+        The effect is 0 if the changed robot diverges, because its displacement then means nothing. The result is cached
+        in `causes` by `name`; a later call with the same name returns it whatever the other arguments are.
         """
         if name not in self.causes:
             recording = rerun(self.model, self.structure, self.driven, variant, tests)

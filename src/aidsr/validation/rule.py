@@ -1,4 +1,4 @@
-"""The record of a rule: everything there is to know about one kind of fault."""
+"""The record of a validation rule: all information about one kind of fault."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 Severity = Literal["error", "warning"]
 Check = Callable[["RobotUnderTest"], Iterable[Fault]]
-"""Looks for one kind of fault, or for several that one measurement distinguishes."""
+"""Finds one kind of fault, or several kinds that one measurement distinguishes."""
 
 
 class Stage(Enum):
-    """When rules are applied, in this order, and the layer of their faults."""
+    """Stages in which rules are applied, in this order; each has the layer of its faults and a title."""
 
     DOCUMENT = "load", "Load: the document"
     RANGES = "structure", "Structure: ranges"
@@ -34,7 +34,8 @@ class Stage(Enum):
     SENSORS = "simulate", "Simulate: sensors"
     DRAWING = "realizability", "Realizability: as drawn"
     BUILDING = "realizability", "Realizability: as driven"
-    """Applied only to robots without an error: forces of a robot that falls say nothing about its motors."""
+    """Applied only to robots without errors, scope errors aside: forces of a falling robot do not show which motors it
+    needs."""
 
     def __init__(self, layer: Layer, title: str) -> None:
         self.layer = layer
@@ -43,21 +44,21 @@ class Stage(Enum):
 
 @dataclass(frozen=True)
 class Example:
-    """A fault brought about by changing the example arm (`examples/arm.xml`), which has none.
+    """A fault that is produced by changing the example arm (`examples/arm.xml`), which has no fault.
 
     Attributes:
-        changes: Pairs of text: what passes, and what fails in its place; every occurrence is replaced.
-        arguments: Keywords of `validate`.
+        changes: Pairs of a text in the arm and the faulty text that replaces it; every occurrence is replaced.
+        arguments: Keyword arguments of `validate` with which the fault shows.
     """
 
     changes: tuple[tuple[str, str], ...]
     arguments: Mapping[str, Any] = field(default_factory=dict)
 
     def fails(self, passes: str) -> str:
-        """Return MJCF with the fault.
+        """Return the MJCF `passes` changed so that it has the fault.
 
         Raises:
-            ValueError: The text to change is not in `passes`.
+            ValueError: A text to change is not in `passes`.
         """
         text = passes
         for old, new in self.changes:
@@ -72,24 +73,24 @@ class Rule:
     """One kind of fault, in one record: the report, the order, the page and the documentation are derived from it.
 
     Attributes:
-        code: Name of the fault, as in reports.
-        stage: When it is looked for; gives the layer.
+        code: Name of the fault in reports.
+        stage: Stage in which the rule is applied; determines the layer.
         finds: What is wrong, in one sentence.
-        why: Why that matters, in a sentence or two.
-        limit: What is measured, and from where it is a fault.
-        check: Looks for the fault. Rules that share a check share one measurement; it runs once. None where the fault
-            is found while the document is read.
-        severity: Of the fault, unless the check says otherwise.
-        unit: Of the measured value, unless the check says otherwise.
-        cure: The usual cure, unless the check says otherwise.
-        explains: Codes of faults that are consequences of this one: where it is an error they are not reported.
-        explained_by: Codes of faults of which this one is a consequence; for rules of other packages, which cannot
+        why: Why it matters, in one or two sentences.
+        limit: The measured quantity and the value beyond which it is a fault.
+        check: Function that finds the fault. Rules that share a check share one measurement; the check runs once. None
+            if the fault is found while the document is read.
+        severity: Severity of the fault, unless the check sets another.
+        unit: Unit of the measured value, unless the check sets another.
+        cure: The usual cure, unless the check sets another.
+        explains: Codes of the faults that are consequences of this one. They are not reported if this one is an error.
+        explained_by: Codes of the faults of which this one is a consequence; for rules of other packages, which cannot
             edit the record of the cause.
-        blame: Role that repairs it in a scene whose robot is stable alone.
-        signal: Returns the curve that shows a fault over time, for the page of the report; None where time plays no
-            part.
-        example: A change to the example arm that brings it about; None where no document can, as for a worker that
-            died.
+        blame: Role that repairs the fault in a scene whose robot is stable when tested alone.
+        signal: Function that returns the curve that shows the fault over time, for the report page; None if the fault
+            has no course over time.
+        example: Change to the example arm that produces the fault; None if no document can, for example for a worker
+            that died.
     """
 
     code: str
@@ -109,7 +110,7 @@ class Rule:
 
     @property
     def layer(self) -> Layer:
-        """What has to be looked at to find the fault."""
+        """Layer of the fault: what is examined to find it."""
         return self.stage.layer
 
     def fault(

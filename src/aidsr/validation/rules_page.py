@@ -1,4 +1,4 @@
-"""The documentation of the rules, made from their records: docs/rules.md.
+"""The documentation of the rules, docs/rules.md, generated from their records.
 
 aidsr rules --page > docs/rules.md
 """
@@ -16,7 +16,7 @@ from aidsr.fixes import FIXES
 from aidsr.validation.rule import Example, Rule
 
 EXAMPLE_ARM = (Path(__file__).parent / "examples" / "arm.xml").read_text(encoding="utf-8")
-"""MJCF of a robot without a fault, of which every example changes something."""
+"""MJCF of the example arm, a robot without a fault; the example of every rule changes something in it."""
 
 _MAX_PLACES = 3
 _GAP = "\n<!-- … -->\n"
@@ -44,7 +44,7 @@ def rules_page(rules: Iterable[Rule]) -> str:
 
 
 def _index(rules: Iterable[Rule]) -> Iterator[str]:
-    """A table of the codes, by stage."""
+    """Yield the lines of a table of the codes, grouped by stage."""
     yield "| | |\n|---|---|"
     for title, group in groupby(rules, key=lambda rule: rule.stage.title):
         yield f"| {title} | {', '.join(_link(rule.code) for rule in group)} |"
@@ -76,12 +76,15 @@ def _example(example: Example) -> Iterator[str]:
 
 
 def _differing_lines(failing: str) -> tuple[str, str]:
-    """The lines in which a robot and the example arm differ, as two blocks; of many places the first."""
+    """Return the lines in which a robot and the example arm differ, as two Markdown blocks: the robot's, the arm's.
+
+    Only the first `_MAX_PLACES` differences are shown.
+    """
     ours, theirs = ([line for line in text.splitlines() if line.strip()] for text in (failing, EXAMPLE_ARM))
     places = [each for each in SequenceMatcher(None, ours, theirs, autojunk=False).get_opcodes() if each[0] != "equal"]
     blocks: tuple[list[str], list[str]] = ([], [])
     for tag, *ends in places[:_MAX_PLACES]:
-        around = 1 if tag in ("insert", "delete") else 0  # a line on both sides shows where something is missing
+        around = 1 if tag in ("insert", "delete") else 0  # context lines around inserted or deleted lines
         for block, lines, first, last in zip(blocks, (ours, theirs), ends[::2], ends[1::2], strict=True):
             block.append(dedent("\n".join(lines[max(0, first - around) : last + around])))
     end = [""] if len(places) > _MAX_PLACES else []
@@ -90,7 +93,7 @@ def _differing_lines(failing: str) -> tuple[str, str]:
 
 
 def _with_code(text: str) -> str:
-    """Text with its elements of MJCF as code, which Markdown would take for HTML."""
+    """Return the text with MJCF elements marked as code, because Markdown would treat them as HTML."""
     return re.sub(r"((?:<[a-z][^<>]*>)+)", r"`\1`", text)
 
 

@@ -1,6 +1,6 @@
-"""The check that the rules of scope share: is it a tendon-driven continuum robot.
+"""The check that all scope rules share: whether the robot is a tendon-driven continuum robot.
 
-What is measured, and from where it is a fault, stands in `aidsr.sim.scope`, which the evaluation of policies uses too.
+The measurements and their limits are in `aidsr.sim.scope`, which the evaluation of policies uses too.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from aidsr.validation.robot_under_test import RobotUnderTest
 
 
 def find_out_of_scope_faults(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find what makes a robot another kind than a tendon-driven continuum robot."""
+    """Find the reasons why a robot is not a tendon-driven continuum robot."""
     for found in find_out_of_scope(robot.model, robot.structure):
         rule = require_rule(found.code)
         yield rule.fault(
@@ -29,11 +29,11 @@ def find_out_of_scope_faults(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def added(element: str, text: str) -> tuple[str, str]:
-    """Return a change to the example arm: text before the end of an element."""
+    """Return a change to the example arm that adds text at the end of an element; see `Example.changes`."""
     return f"  </{element}>", f"  {text}\n  </{element}>"
 
 
 def inside(body: str, text: str) -> tuple[str, str]:
-    """Return a change to the example arm: text at the beginning of a body."""
+    """Return a change to the example arm that adds text at the beginning of a body; see `Example.changes`."""
     place = "" if body == "base" else ' pos="0 0 0.025"'
     return f'<body name="{body}"{place}>', f'<body name="{body}"{place}>\n        {text}'

@@ -1,4 +1,4 @@
-"""What the page shows beside the report: values over time, as the worker hands them out."""
+"""Values over time that the report page shows beside the report; the worker process returns them."""
 
 from __future__ import annotations
 
@@ -6,42 +6,42 @@ from aidsr.core.artifacts import Artifact
 
 
 class Line(Artifact):
-    """One curve."""
+    """One curve of a signal."""
 
     label: str
     values: tuple[float, ...]
 
 
 class Signal(Artifact):
-    """What a fault was read off, over the time of one test."""
+    """The measured quantity of a fault over the time of one test."""
 
     quantity: str
     unit: str
     test: str
-    """The test, in words."""
+    """Description of the test."""
     time_s: tuple[float, ...]
     lines: tuple[Line, ...]
     limits: tuple[float, ...] = ()
     first_bad_s: float | None = None
     logarithmic: bool = False
-    """For what grows out of all proportion."""
+    """Whether the axis of values is logarithmic, for values that grow by orders of magnitude."""
 
 
 class ActuatorTrace(Artifact):
-    """What one actuator did in its own test, everything else slack."""
+    """The motion and force of one actuator in its own test, with all other tendons slack."""
 
     name: str
     pulls: str
-    """Tendon or joint it acts on."""
+    """Name of the tendon or joint that the actuator acts on."""
     low: float
     high: float
     effect: float
-    """Largest displacement it causes alone / L."""
+    """Largest displacement that the actuator alone causes / L."""
     tension_n: float
-    """Greatest pull in any test."""
+    """Largest tension in any test; 0 for an actuator without a tendon."""
     stroke_m: float
     time_s: tuple[float, ...] = ()
     displacement: tuple[float, ...] = ()
-    """Largest displacement of any point / L, over time."""
+    """Largest displacement of any point of the robot / L, over time."""
     force_n: tuple[float, ...] = ()
-    """Its pull, over time."""
+    """Pulling force of the actuator, over time."""

@@ -1,4 +1,4 @@
-"""Volumes and widths of MuJoCo's geometric primitives. Meshes and height fields are left out."""
+"""Depths, widths and volumes of MuJoCo's geometric primitives. Meshes and height fields are not supported."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ _BOX = int(mujoco.mjtGeom.mjGEOM_BOX)
 
 
 def depth_m(model: mujoco.MjModel, data: mujoco.MjData, geom: int, points: Array) -> Array:
-    """Return how deep world points (n, 3) lie inside a geom, (n,) [m]; negative outside.
+    """Return the depth of world points (n, 3) inside a geom, (n,) [m]; negative outside.
 
-    Exact inside spheres, capsules, cylinders and boxes; for ellipsoids a lower bound.
+    The depth is exact inside spheres, capsules, cylinders and boxes, a lower bound inside ellipsoids, and -infinity for
+    all other geoms.
     """
     kind, size = int(model.geom_type[geom]), model.geom_size[geom]
     local = (points - data.geom_xpos[geom]) @ data.geom_xmat[geom].reshape(3, 3)
@@ -37,7 +38,7 @@ def depth_m(model: mujoco.MjModel, data: mujoco.MjData, geom: int, points: Array
 
 
 def half_width_m(model: mujoco.MjModel, geom: int) -> float:
-    """Return the smallest half width of a geom [m]: how deep a point can lie inside it."""
+    """Return the smallest half width of a geom [m], the largest depth that a point can have inside it."""
     kind, size = int(model.geom_type[geom]), model.geom_size[geom]
     if kind in (_SPHERE, _CAPSULE):
         return float(size[0])
@@ -45,7 +46,7 @@ def half_width_m(model: mujoco.MjModel, geom: int) -> float:
 
 
 def volume_m3(model: mujoco.MjModel, geom: int) -> float | None:
-    """Return the volume of a geom [m3], None for one that is no primitive solid."""
+    """Return the volume of a geom [m3], or None if it is not a primitive solid."""
     kind, (a, b, c) = int(model.geom_type[geom]), (float(size) for size in model.geom_size[geom])
     formulas = {
         _SPHERE: 4 / 3 * math.pi * a**3,

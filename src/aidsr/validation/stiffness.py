@@ -1,4 +1,4 @@
-"""Why a simulation diverges: the numbers that integrators live by."""
+"""Likely causes of divergence, from the dimensionless numbers that limit the stability of integrators."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ _RK4, _EULER = int(mujoco.mjtIntegrator.mjINT_RK4), int(mujoco.mjtIntegrator.mjI
 _STABLE_STEP = 2.0
 """dt * omega above which an undamped oscillator diverges. Source: stability of the semi-implicit Euler method."""
 _STABLE_RK4_DAMPING = 2.7
-"""dt * c / I above which Runge-Kutta of fourth order diverges. Source: its stability interval,
-2.785 on the real axis."""
+"""dt * c / I above which Runge-Kutta of fourth order diverges. Source: its stability interval, 2.785 on the real
+axis."""
 
 
 def integration_numbers(model: mujoco.MjModel) -> tuple[float, float]:
@@ -50,7 +50,7 @@ def integration_numbers(model: mujoco.MjModel) -> tuple[float, float]:
 
 
 def _per_inertia(mass: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return M^-1 A; where M is singular, as with two hinges about one line, of what has inertia alone."""
+    """Return M^-1 A, with the pseudoinverse if M is singular, as with two hinges about one line."""
     try:
         return np.asarray(np.linalg.solve(mass, values))
     except np.linalg.LinAlgError:
@@ -58,7 +58,7 @@ def _per_inertia(mass: NDArray[np.float64], values: NDArray[np.float64]) -> NDAr
 
 
 def explain_divergence(model: mujoco.MjModel, structure: Structure) -> str:
-    """Return the likely causes of a divergence in words, "" when no number points to one."""
+    """Return the likely causes of a divergence in words, "" if no number indicates one."""
     if not model.nv:
         return ""
     step, damping = integration_numbers(model)
@@ -82,7 +82,7 @@ def explain_divergence(model: mujoco.MjModel, structure: Structure) -> str:
 
 
 def _explicit_servo_damping(model: mujoco.MjModel) -> float:
-    """Largest eigenvalue of dt (M + dt D)^-1 J' kv J under the Euler integrator, 0 under any other.
+    """Return the largest eigenvalue of dt (M + dt D)^-1 J' kv J for the Euler integrator, 0 for any other.
 
     Source: MuJoCo documentation, Computation, "Numerical integration": Euler is implicit in joint damping D alone.
     """

@@ -1,4 +1,4 @@
-"""`validate`: the validator as users call it. Loads no simulator: a child process does the work."""
+"""`validate`: the validator's public function. Loads no simulator: a child process does the work."""
 
 from __future__ import annotations
 
@@ -16,11 +16,12 @@ from aidsr.sandbox.isolated import isolated
 from aidsr.sandbox.limits import Limits
 
 Mount = Literal["auto", "fixed", "free"]
-"""How a robot alone stands while it is tested."""
+"""How the root of a robot is held while the robot is tested alone."""
 
 _LIMITS = Limits(wall_s=1200.0, cpu_s=300.0)
-"""A body of eighty muscles takes a minute of processor time. Our choice: more could not be trained. The clock only ends
-what does not compute at all, so that the verdict is the same on a busy machine."""
+"""Limits of the child process. A body of eighty muscles takes a minute of processor time. Our choice: a body that takes
+more than the limit could not be trained. The limit on wall time only ends processes that hang, so that the verdict is
+the same on a busy machine."""
 
 _CURES = {
     "time": "Use fewer bodies, fewer contacts, or a larger time step.",
@@ -40,28 +41,30 @@ def validate(
     select: str | Collection[str] = (),
     ignore: str | Collection[str] = (),
 ) -> ValidationReport:
-    """Drive a robot in simulation and say what is physically wrong with it.
+    """Drive a robot in simulation and report what is physically wrong with it.
 
-    A robot alone is tested where it would stand; a model in which names begin with "robot/" is a scene and is tested as
-    it is, looking at the robot's parts. A bad design is a report with faults, never an exception.
+    A robot alone is tested on its mount or on a plane, see `mount`. A model in which names begin with "robot/" is a
+    scene; it is tested unchanged, and only the robot's parts are examined. A bad design gives a report with faults,
+    never an exception.
 
         report = aidsr.validate("robot.xml")
         print(report.stable, report.account())
 
     Args:
         mjcf: MJCF text, the path of a file, or a robot or a scene. A string that ends with .xml is a path.
-        mount: "fixed" welds the root to the world, "free" lets it stand on a plane, "auto" does what the model says:
+        mount: "fixed" welds the root to the world, "free" lets the robot stand on a plane, "auto" follows the model:
             free with a free joint at the root, else fixed.
         needs_contact: Whether the task can only be done by touching something.
-        environment: MJCF of the environment the robot is meant for: its `<option>` and, for a fixed robot, the
-            direction of gravity at its mount hold in the test of the robot alone.
-        realizable: Whether parts that could not be built make the robot unstable; otherwise they are only reported.
-        select: Code or codes of the only rules to apply; none for all. Faults of the document are always looked for.
-        ignore: Code or codes of rules not to apply: their faults are neither reported nor explain others.
+        environment: MJCF of the environment the robot is meant for. Its `<option>` and, for a fixed robot, the
+            direction of gravity at its mount are used in the test of the robot alone.
+        realizable: Whether parts that cannot be built count as errors; otherwise they are warnings.
+        select: Code or codes of the only rules to apply; none for all. Faults of the document are always reported.
+        ignore: Code or codes of rules not to apply; their faults are not reported and do not explain other faults.
 
     Raises:
         TypeError: `mjcf` is none of these.
-        UserError: The file cannot be read, `mount` is none of the three, or there is no rule of a code.
+        UserError: The file cannot be read, `mount` is none of the three values, a code in `select` or `ignore` does not
+            exist, or `ignore` has the code of a fault of the document.
     """
     if mount not in get_args(Mount):
         raise UserError(f"mount must be one of {', '.join(get_args(Mount))}: {mount!r}")
@@ -82,7 +85,7 @@ def examine(
     select: tuple[str, ...],
     ignore: tuple[str, ...],
 ) -> ValidationReport:
-    """Return the report on an MJCF text, made in an isolated process; the arguments are those of `validate`."""
+    """Return the report on an MJCF text, computed in an isolated process; the arguments are those of `validate`."""
     from aidsr.validation.engine import examine_text
 
     return examine_text(text, mount, needs_contact, environment, realizable, select=select, ignore=ignore).report

@@ -1,4 +1,4 @@
-"""The command line. Each command has its own file, and imports what it needs only when it is used."""
+"""The command line. Each command has its own file and imports its dependencies only when it is called."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 
 def _format_error(error: CycloptsError) -> Panel:
-    """Return what the terminal shows of a mistake in a command line."""
+    """Return the panel that shows a mistake in a command line."""
     from aidsr.apps.cli.terminal import printable
 
     if isinstance(error, UnusedCliTokensError):
@@ -51,10 +51,10 @@ def _format_error(error: CycloptsError) -> Panel:
 
 
 def _refuse_fractions(_app: App, _commands: tuple[str, ...], arguments: ArgumentCollection) -> None:
-    """Refuse a fraction where a whole number is asked for: it would be rounded without a word.
+    """Refuse a fraction as the value of an integer option, because cyclopts would round it silently.
 
     Raises:
-        CoercionError: There is one.
+        CoercionError: The value of an integer option has a decimal point.
     """
     for argument in arguments:
         if int in (argument.hint, *get_args(argument.hint)):
@@ -111,8 +111,12 @@ app.command(memory.memory)
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run a command line and exit: 2 for a mistake in the command or in a file given, else the command's exit code."""
-    # A scheduler or the web app ends a command with SIGTERM; handled as Control-C, so that finished work is kept.
+    """Run a command line and exit.
+
+    Exit codes: 2 for a mistake in the command or in a given file, and for a full or unwritable disk; 1 for any other
+    expected error; 130 if interrupted; else the code of the command.
+    """
+    # A scheduler or the web app ends a command with SIGTERM: handled like Control-C, so that finished work is kept.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         code = app(arguments)
@@ -123,7 +127,7 @@ def main(arguments: list[str] | None = None) -> None:
     except AidsrError as error:
         _print_error(error)
         code = 1
-    except BrokenPipeError:  # the reader has gone, as `head` does when it has seen enough
+    except BrokenPipeError:  # the reader closed the pipe, as `head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = 128 + signal.SIGPIPE
     except OSError as error:

@@ -95,10 +95,10 @@ def benchmark(
 
 
 def _study(path: Path, options: PlanOptions, resume: bool) -> Study:
-    """Return the study, which may not have started yet.
+    """Return the study, whose folder may not exist yet.
 
     Raises:
-        UserError: There is none to resume, or its plan differs.
+        UserError: There is no study to resume, or its plan differs from the options.
     """
     from aidsr.core.errors import UserError
     from aidsr.studies.study import Study, create_study, open_study
@@ -115,10 +115,10 @@ def _study(path: Path, options: PlanOptions, resume: bool) -> Study:
 
 
 def _check_this_machine(study: Study) -> None:
-    """Refuse a study whose jobs would all fail here.
+    """Check that the jobs of a study can run on this machine.
 
     Raises:
-        UserError: A model cannot be asked, or what learning needs is not installed.
+        UserError: A model cannot be called, or the extra for training is not installed.
     """
     from aidsr.core.extras import require_extra
     from aidsr.loop.teams import check_model

@@ -73,7 +73,7 @@ def check(
         replace_file(strip, found.strip)
         drawn.append(strip)
     else:
-        strip.unlink(missing_ok=True)  # of an earlier check: it would show what is no longer so
+        strip.unlink(missing_ok=True)  # the picture of an earlier check would be outdated
     if json:
         write_document(found.model_dump_json(indent=2, exclude={"picture", "strip", "scene"}) + "\n")
     else:

@@ -1,4 +1,4 @@
-"""What `aidsr validate` does with one file: repair, validate, write."""
+"""Processing of one file by `aidsr validate`: repair, validate, write."""
 
 from __future__ import annotations
 
@@ -19,32 +19,32 @@ from aidsr.validation.page import GENERATOR, TracedReport, page_html, trace_repo
 
 STANDARD_INPUT = "-"
 _HEAD_BYTES = 400
-"""Bytes at the start of a report, with the name of the program that wrote it."""
+"""Number of bytes at the start of an HTML report that contain the name of the program that wrote it."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """How files are checked, by the options of `aidsr validate`."""
+    """Options of `aidsr validate` for checking a file."""
 
     mount: Literal["auto", "fixed", "free"] = "auto"
     needs_contact: bool = False
     realizable: bool = False
     fidelity: bool = False
     repair: Path | None = None
-    """Where the repaired text goes; None to check the text as it is."""
+    """Output file of the repaired text; None to check the text without repairs."""
     page: Path | None = None
-    """Where the page goes; None for none."""
+    """Output file of the HTML report; None to write none."""
     select: tuple[str, ...] = ()
-    """Codes of the only rules to apply; none for all."""
+    """Codes of the rules to apply; empty for all rules."""
     ignore: tuple[str, ...] = ()
-    """Codes of rules not to apply."""
+    """Codes of the rules not to apply."""
 
     def run(self, file: str) -> FileReport:
-        """Check one file; a repaired text is written before it is validated.
+        """Check one file. A repaired text is written before it is validated.
 
         Raises:
-            UserError: The file cannot be read, or what is asked for cannot be written.
-            MjcfError: The file is too large to be read.
+            UserError: The file cannot be read, or an output file cannot be written.
+            MjcfError: The file is too large.
         """
         text = decode_mjcf(sys.stdin.buffer.read(), "standard input") if file == STANDARD_INPUT else Path(file)
         repairs = None
@@ -84,10 +84,10 @@ def _opened(text: str | Path) -> str:
 
 
 def refuse_to_overwrite(path: Path, *, option: str) -> None:
-    """Check that a file may be written: it is absent, or a report that this command wrote.
+    """Check that an output file does not exist yet, or is an HTML report that this command wrote.
 
     Raises:
-        UserError: Another file exists there.
+        UserError: Another file exists at this path.
     """
     if path.exists() and not _is_our_page(path):
         raise UserError(f"{option}: {path} exists; name another file, or add --force to replace it")

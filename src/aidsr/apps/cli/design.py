@@ -102,10 +102,10 @@ def design(
 
 
 def _check_measure(task: str | None, level: str, goal: Path | None, *, train: bool) -> None:
-    """Refuse before designing what could only fail after it.
+    """Check, before designing, options that would otherwise fail only afterwards.
 
     Raises:
-        UserError: Nothing measures success for a training, or a level is asked of something else than a task.
+        UserError: A training has no measure of success, or a level is given without a task.
     """
     from aidsr.core.errors import UserError
 

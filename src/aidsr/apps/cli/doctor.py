@@ -16,11 +16,11 @@ _PACKAGES = ("aidsr", "mujoco", "numpy", "pydantic", "lxml", "pydantic-ai-slim",
 
 @dataclass(frozen=True)
 class Check:
-    """One line of the doctor's account."""
+    """Result of one check of the installation; one line of the output."""
 
     topic: str
     result: Literal["ok", "absent", "problem"]
-    """"absent" is only reported; a "problem" keeps AID-SR from working."""
+    """"absent": an optional part is missing, which is only reported. "problem": AID-SR does not work here."""
     text: str
 
 
@@ -52,7 +52,7 @@ def doctor(*, test_isolation: bool = False) -> int:
 
 
 def checks(*, test_isolation: bool = False) -> tuple[Check, ...]:
-    """Return everything the doctor looks at."""
+    """Run all checks and return their results."""
     tested = (_tested_isolation(),) if test_isolation else ()
     return (*_versions(), _extras(), *_machine(), *_isolation(), *tested, *_plugins(), *_keys())
 
@@ -118,7 +118,7 @@ def _tested_isolation() -> Check:
 
 
 def _plugins() -> tuple[Check, ...]:
-    """One line on what other packages add, and one for each entry point that cannot be loaded."""
+    """Return a check that lists the plug-ins of other packages, and one for each entry point that cannot be loaded."""
     from aidsr.core.errors import UserError
     from aidsr.core.plugins import PluginGroup
     from aidsr.tasks import PLUGINS as TASKS

@@ -13,7 +13,7 @@ from aidsr.apps.cli.spending import Limits
 from aidsr.core.config import RunConfig, run_settings
 
 _SET_HERE = ("task_feedback", "memory", "human")
-"""Settings that an evolution decides itself."""
+"""Settings that are not options of `aidsr evolve`, because an evolution sets them itself."""
 if TYPE_CHECKING:
     Settings = Options[RunConfig]
 else:

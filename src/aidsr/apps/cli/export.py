@@ -62,7 +62,7 @@ def export(
 
 
 def _print_export(console: Console, exported: Exported) -> None:
-    """Print the verdict, its reasons, the changes, and where to look."""
+    """Print the verdict, its reasons, the changes, the parts and costs, and the path of the sheet."""
     verdict, made = exported.verdict, exported.made
 
     def line(text: str, style: str = "") -> None:

@@ -76,7 +76,7 @@ def fix(
 
 
 def _fix_file(file: str, target: Path | None, *, simulate: bool) -> int:
-    """Fix one file, write it where it goes, print what was fixed, and return the exit code."""
+    """Fix one file, write the result to its output, print the fixes, and return the exit code."""
     from aidsr.apps.cli.output_file import write_output
     from aidsr.apps.cli.terminal import write, write_document
     from aidsr.fixes import fix
@@ -103,7 +103,7 @@ def _fix_file(file: str, target: Path | None, *, simulate: bool) -> int:
 
 
 def _account(name: str, result: FixResult, target: Path | None, *, written: bool) -> str:
-    """Return what was fixed in a file, what was written, and what is left, a line each."""
+    """Return the text output for a file: number of fixes and output file, one line per fix, remaining faults."""
     count = "1 fix" if result.total == 1 else f"{result.total} fixes"
     place = f", written to {target}" if target is not None else ""
     head = "nothing to fix" if not result.total else f"{count}{place if written else _NOT_WRITTEN}"

@@ -69,7 +69,7 @@ def import_robot(
 
 
 def _origin(imported: Imported) -> str:
-    """Return a comment with what was read; two hyphens may not stand in one."""
+    """Return an XML comment that lists the imported files; "--", which XML comments may not contain, becomes "- -"."""
     from aidsr import __version__
 
     files = "".join(f"\n  {each.sha256}  {each.path}" for each in imported.files).replace("--", "- -")

@@ -1,4 +1,4 @@
-"""Prompts of a run that a person answers in files: announced in the terminal as they come."""
+"""Announcement, in the terminal, of new prompts that a person answers in files."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from rich.markup import escape
 from aidsr.teams.providers.manual import pending_prompts, prompts_directory
 
 _POLL_S = 0.3
-"""How often to look for new prompts [s]."""
+"""Interval between two checks for new prompts [s]."""
 
 
 class Mailbox:
-    """Names each prompt that waits for a reply, once, while a run is in progress; nothing for other models."""
+    """Announces each waiting prompt once while a run is in progress; does nothing for models that need no person."""
 
     def __init__(self, console: Console, model: str) -> None:
         self._console = console

@@ -1,4 +1,4 @@
-"""Options of the command line, derived from the fields of a configuration: help, bounds and defaults stand there."""
+"""Options of the command line, derived from the fields of a configuration, with their help, bounds and defaults."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from aidsr.core.config import RunConfig, bounds
 
 Config = TypeVar("Config", bound=BaseModel)
 _NUMBER = {"ge": "gte", "gt": "gt", "le": "lte", "multiple_of": "modulo"}
-"""Names of pydantic's bounds in cyclopts' validator."""
+"""Names of the bounds in cyclopts' validator `Number`, by their names in pydantic."""
 
 
 class Options(Generic[Config]):
-    """Options that were given on the command line; `options_for` makes the dataclass that holds them."""
+    """Values of command-line options; `options_for` makes the dataclass that holds them."""
 
     kind: ClassVar[type[BaseModel]]
 
     @property
     def given(self) -> dict[str, Any]:
-        """The values by field name, those by default included."""
+        """All values by field name, including defaults."""
         return {each.name: getattr(self, each.name) for each in fields(self)}  # type: ignore[arg-type]
 
     def value(self, **more: Any) -> Config:
         """Return the configuration that the options describe.
 
         Args:
-            **more: Fields that are no options.
+            **more: Values of fields that are not options.
         """
         return self.kind.model_validate({**self.given, **more})  # type: ignore[return-value]
 
@@ -43,12 +43,12 @@ def options_for(
     settings: Mapping[str, FieldInfo] | None = None,
     name: Callable[[str], str | None] = lambda _field: None,
 ) -> Any:
-    """Return a dataclass with one option for each field of a configuration, as cyclopts reads it.
+    """Return a dataclass, for use by cyclopts, with one option for each field of a configuration.
 
     Args:
-        kind: The configuration.
-        settings: Fields that become options; all unless given. A field that is a configuration itself has none.
-        name: Names the option of a field; from the field's name unless given.
+        kind: Class of the configuration.
+        settings: Fields that become options; default: all. A field that is itself a configuration is left out.
+        name: Returns the name of the option of a field, or None to derive it from the name of the field.
     """
     chosen = kind.model_fields if settings is None else settings
     options = [
@@ -67,7 +67,7 @@ def options_for(
 
 
 def option(field: FieldInfo, name: str | None = None) -> Parameter:
-    """Return how a field is read from the command line."""
+    """Return the cyclopts parameter of a configuration field."""
     limits: Any = {_NUMBER[key]: value for key, value in bounds(field).items()}
     is_switch = field.annotation is bool and field.default is False
     return Parameter(
@@ -80,5 +80,5 @@ def option(field: FieldInfo, name: str | None = None) -> Parameter:
 
 
 def setting(name: str) -> Parameter:
-    """Return how a setting of a run is read from the command line, for a command that has only some of them."""
+    """Return the cyclopts parameter of a run setting, for a command that has only some of the settings."""
     return option(RunConfig.model_fields[name])

@@ -1,4 +1,4 @@
-"""Files that a person names for the output of a command."""
+"""Writing of output files that a user names."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from aidsr.core.errors import UserError
 
 
 def write_output(path: Path, text: str) -> None:
-    """Put text into a file in one step, so that a full disk leaves what was there; a link is followed.
+    """Replace the content of a file atomically, so that a full disk leaves the old content; a link is followed.
 
     Raises:
-        UserError: It cannot be written.
+        UserError: The file cannot be written.
     """
     from aidsr.runs.files import replace_file
 

@@ -1,4 +1,4 @@
-"""Options that define the plan of a study, before it is frozen."""
+"""Options that define the plan of a new study."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 @Parameter(name="*")
 @dataclass(frozen=True)
 class PlanOptions:
-    """The plan of a study; resuming it needs the same options, and others are refused."""
+    """Options of a study's plan; to resume the study, they must be the same or all left out."""
 
     tasks: Annotated[
         list[str] | None,
@@ -89,16 +89,16 @@ class PlanOptions:
 
     @property
     def given(self) -> tuple[str, ...]:
-        """Options with another value than their default, as on the command line."""
+        """Names of the options whose value differs from the default, as written on the command line."""
         return tuple(
             f"--{each.name.replace('_', '-')}" for each in fields(self) if getattr(self, each.name) != each.default
         )
 
     def plan(self) -> StudyPlan:
-        """Return the plan that is asked for.
+        """Return the plan that the options describe.
 
         Raises:
-            UserError: Something is not known or does not fit together.
+            UserError: A name is unknown, or options contradict each other.
         """
         from aidsr.core.errors import UserError
         from aidsr.studies.arms import make_plan

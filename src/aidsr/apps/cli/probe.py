@@ -117,7 +117,7 @@ def probe(
 
 
 def _draw(played: Film, kept: Path, *, film: bool) -> list[str]:
-    """Draw a motion beside its report, and return the names of the files."""
+    """Write the picture and, with `film`, the video of a motion beside its report, and return the paths."""
     from aidsr.runs.files import replace_file
 
     drawn = {".png": played.strip(), ".mp4": played.video() if film else None}
@@ -128,7 +128,7 @@ def _draw(played: Film, kept: Path, *, film: bool) -> list[str]:
 
 
 def _print_report(report: ProbeReport, kept: Path | None, *, json: bool) -> None:
-    """Keep the report where it is to be kept, and print it."""
+    """Write the report to its file, if any, and print it."""
     from aidsr.apps.cli.terminal import make_console, write_document
     from aidsr.runs.files import replace_file
 
@@ -142,7 +142,7 @@ def _print_report(report: ProbeReport, kept: Path | None, *, json: bool) -> None
 
 
 def _print(console: Console, report: ProbeReport, kept: Path | None) -> None:
-    """Print how far the body got, and how."""
+    """Print the progress of the robot in each variation, and the best motions."""
     from rich.markup import escape
     from rich.table import Table
 

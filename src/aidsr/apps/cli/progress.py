@@ -1,4 +1,4 @@
-"""The progress of a run in the terminal: one calm line for each design, or plain lines where there is no terminal."""
+"""Progress of a run: in a terminal, a panel that is updated in place; elsewhere, one line for each event."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from aidsr.runs.status import newest
 
 
 def follow_run(run: Run, parts: Parts) -> int:
-    """Work on a run while a person watches; return 0 if a design is approved, 1 if none, 130 if interrupted."""
+    """Run the designs and print their progress; return 0 if a design is approved, 1 if none, 130 if interrupted."""
     console = make_console()
     print_introduction(console, run)
     view: View = Panel(console, run) if console.is_terminal else Lines(console)
@@ -58,7 +58,7 @@ def follow_run(run: Run, parts: Parts) -> int:
 
 
 class View(Protocol):
-    """Shows events as they come."""
+    """Display of the events of a run."""
 
     def __enter__(self) -> Self: ...
 
@@ -67,16 +67,16 @@ class View(Protocol):
     ) -> None: ...
 
     def on_event(self, number: int, event: Event) -> None:
-        """Show an event of a design, or of the run as number 0."""
+        """Show an event of the design `number`, or of the run if `number` is 0."""
         ...
 
     def aside(self) -> contextlib.AbstractContextManager[None]:
-        """Keep the terminal free for a question, as long as the context lasts."""
+        """Return a context in which the terminal is free for a question."""
         ...
 
 
 class Lines:
-    """One line for each result, as for a log file or a pipe."""
+    """Display with one line for each event, for log files and pipes."""
 
     def __init__(self, console: Console) -> None:
         self._console = console
@@ -90,7 +90,7 @@ class Lines:
         pass
 
     def on_event(self, number: int, event: Event) -> None:
-        """Print the event, unless it has no text."""
+        """Print the text of the event, if it has one."""
         text = sentence(event)
         iteration = getattr(event, "iteration", None)
         if text:
@@ -98,13 +98,13 @@ class Lines:
             self._console.print(escape(place + text), soft_wrap=True)
 
     def aside(self) -> contextlib.AbstractContextManager[None]:
-        """Change nothing: lines do not disturb a question."""
+        """Return a context that does nothing, because printed lines do not disturb a question."""
         return contextlib.nullcontext()
 
 
 @dataclass
 class _Line:
-    """What the panel knows of one design."""
+    """State of one design in the panel."""
 
     concept: str = ""
     iteration: int | None = None
@@ -114,7 +114,7 @@ class _Line:
 
 
 class Panel:
-    """One line for each design, rewritten in place."""
+    """Display with two lines for each design, updated in place."""
 
     def __init__(self, console: Console, run: Run) -> None:
         self._run = run
@@ -133,7 +133,7 @@ class Panel:
         self._live.stop()
 
     def on_event(self, number: int, event: Event) -> None:
-        """Bring the line of the design up to date."""
+        """Update the state of the design."""
         line = self._lines.setdefault(number, _Line())
         if number and (not line.concept or (isinstance(event, StepDone) and event.step == "concept")):
             concept = newest(it.concept.read() for it in self._run.design(number).leading_to())
@@ -146,7 +146,7 @@ class Panel:
 
     @contextlib.contextmanager
     def aside(self) -> Iterator[None]:
-        """Take the panel away while a question is asked."""
+        """Hide the panel while a question is asked."""
         self._live.stop()
         try:
             yield

@@ -1,4 +1,4 @@
-"""Text about a run in the terminal: before it starts, when it ends, and on request."""
+"""Output about a run in the terminal: its introduction, its result, its status."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _COLOR = {"approved": "green", "invalid": "red", "quit": "yellow", "stopped": "r
 
 
 def print_introduction(console: Console, run: Run) -> None:
-    """Print what is designed, by which model, and where it is kept."""
+    """Print the objective, the model and its cost, and the folder of a run."""
     record = run.asked()
     provider = provider_of(record.config.model)
     console.print(f"[bold]{escape(record.objective)}[/]")
@@ -51,13 +51,13 @@ def print_introduction(console: Console, run: Run) -> None:
 
 
 def _is_local(model: str) -> bool:
-    """Whether the prompts for a model stay on this machine."""
+    """Return whether the prompts for a model stay on this machine."""
     address = destination(model).partition(" ")[0]
     return urlsplit(address).hostname in ("localhost", "127.0.0.1", "::1")
 
 
 def print_status(console: Console, run: Run, status: RunStatus) -> None:
-    """Print one line for each design, what went wrong, and the page to open."""
+    """Print a table of the designs, the reasons for failures, the trainings, and the path of the summary page."""
     _print_designs(console, status.designs)
     measured = run.asked().config.team == "measuring"
     for design in status.designs:
@@ -75,7 +75,7 @@ def print_status(console: Console, run: Run, status: RunStatus) -> None:
 
 
 def _print_designs(console: Console, designs: Sequence[DesignStatus]) -> None:
-    """Print one row of a table for each design; where a concept does not fit beside the figures, two lines for each."""
+    """Print a table with one row for each design, or two lines for each if the table is too wide for the terminal."""
     rows = [(design, _facts(design)) for design in designs]
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
     table.add_column("design")
@@ -95,7 +95,7 @@ def _print_designs(console: Console, designs: Sequence[DesignStatus]) -> None:
 
 
 def _facts(design: DesignStatus) -> dict[str, str]:
-    """How far a design is and what it took, by title, as markup."""
+    """Return the state, counts and cost of a design, by column title, as rich markup."""
     state = design.outcome.outcome if design.outcome else design.state
     return {
         "state": f"[{_COLOR.get(state, 'cyan')}]{state}[/]",
@@ -116,7 +116,7 @@ def print_result(console: Console, run: Run) -> int:
 
 
 def print_unwrapped(console: Console, table: Table) -> None:
-    """Print a table that keeps names and paths whole: each row on one line, however narrow the console."""
+    """Print a table with each row on one line, regardless of the width of the console, so that paths stay complete."""
     table.width = console.measure(table, options=console.options.update(max_width=10_000)).maximum
     console.print(table, crop=False)
 
@@ -135,7 +135,10 @@ def print_files(console: Console, run: Run) -> None:
 
 
 def _print_reason(console: Console, design: DesignStatus, *, also_approved: bool) -> None:
-    """Print why a design is not approved, and the traceback of a bug; of a team that measures, why its work ended."""
+    """Print why a design stopped or was not approved, and the traceback of a bug.
+
+    With `also_approved`, also print the reason of an approved design.
+    """
     if design.stopped and not design.outcome:
         console.print(f"\nDesign {design.number} stopped: {escape(design.stopped.message)}", soft_wrap=True)
         if design.stopped.traceback:

@@ -1,4 +1,4 @@
-"""The human step in the terminal. The answer goes into decision.json, as any editor could write it there."""
+"""Review of scenes by a person in the terminal. The answer is written to decision.json, as any editor could do."""
 
 from __future__ import annotations
 
@@ -20,15 +20,16 @@ from aidsr.runs.events import Event, Waiting
 from aidsr.runs.status import newest
 
 _POLL_S = 0.3
-"""How often to see whether the answer came by file [s]."""
+"""Interval between two checks for an answer in decision.json [s]."""
 
 Aside = Callable[[], contextlib.AbstractContextManager[None]]
+"""Returns a context in which the terminal is free for a question."""
 ReadLine = Callable[[float], str | None]
-"""Returns a line, None when none came within so many seconds, and "" when no more will ever come."""
+"""Waits up to the given time [s] for a typed line. Returns it, None if there was none, or "" at the end of input."""
 
 
 def parse_answer(line: str) -> Decision | None:
-    """Return the decision that a typed line means: "a", "q" or "r what to change"; None for anything else."""
+    """Return the decision for a typed line: "a" (approve), "q" (quit) or "r WHAT TO CHANGE" (refine); else None."""
     word, _, text = line.strip().partition(" ")
     match word.lower():
         case "a" | "approve":
@@ -42,13 +43,13 @@ def parse_answer(line: str) -> Decision | None:
 
 
 def read_line(wait_s: float) -> str | None:
-    """Return a line typed at the terminal within `wait_s`."""
+    """Return a line typed at the terminal within `wait_s` seconds; None if there was none, "" at the end of input."""
     ready, _, _ = select.select([sys.stdin], [], [], wait_s)
     return sys.stdin.readline() if ready else None
 
 
 class ReviewPrompt:
-    """Prints each scene that waits for review; in an interactive terminal, also reads the answer. One at a time."""
+    """Prints each scene that waits for review, one at a time; in an interactive terminal, also reads the answer."""
 
     def __init__(
         self, console: Console, run: Run, aside: Aside, read_line: ReadLine = read_line, *, typing: bool | None = None
@@ -74,7 +75,7 @@ class ReviewPrompt:
         self._thread.join()
 
     def on_event(self, number: int, event: Event) -> None:
-        """Queue the scene if the event is one that waits for review."""
+        """Queue the scene for review if the event says that it waits for one."""
         if isinstance(event, Waiting):
             self._waiting.put((number, self._run.design(number).iteration(event.iteration)))
 
@@ -100,7 +101,7 @@ class ReviewPrompt:
             line = self._read_line(_POLL_S)
             if line is None:
                 continue
-            if line == "":  # the terminal is gone
+            if line == "":  # end of the input: the terminal was closed
                 self._typing = False
                 self._explain_file(iteration)
                 return

@@ -36,7 +36,7 @@ def rules(*codes: str, page: Annotated[bool, Parameter(negative="", show_default
     elif codes:
         text = "\n".join(rule_section(require_rule(code)) for code in codes)
         if sys.stdout.isatty():
-            make_console().print(Markdown(re.sub(r"\[([^]]+)\]\([^)]*\)", r"\1", text)))  # its links lead nowhere here
+            make_console().print(Markdown(re.sub(r"\[([^]]+)\]\([^)]*\)", r"\1", text)))  # links do not work here
         else:
             write_document(text)
     else:

@@ -1,4 +1,4 @@
-"""Options that limit what a language model may use, and the estimated cost of a run."""
+"""Options that limit the use of language models, and the estimated cost of a run."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from aidsr.core.config import BUILTIN, Budget, RunConfig
 
 
 def limit_name(field: str) -> str:
-    """Return the option of a field of `Budget`: "cost_per_design_usd" is --max-cost-per-design."""
+    """Return the name of the option for a field of `Budget`: --max-cost-per-design for "cost_per_design_usd"."""
     return f"--max-{field.removesuffix('_usd').replace('_', '-')}"
 
 
@@ -27,7 +27,7 @@ else:
 @Parameter(name="*")
 @dataclass(frozen=True)
 class StudyLimits:
-    """What all runs of a study together may use."""
+    """Limits for all runs of a study together."""
 
     max_cost: Annotated[
         float | None,
@@ -43,7 +43,7 @@ class StudyLimits:
     ] = None
 
     def changed(self, kept: Budget) -> Budget:
-        """Return the limits as a study records them: what is not given stays as it is kept."""
+        """Return the recorded limits of a study, with the given ones replaced."""
         given = {"tokens": self.max_tokens, "cost_usd": self.max_cost}
         return kept.model_copy(update={name: limit for name, limit in given.items() if limit is not None})
 

@@ -1,4 +1,4 @@
-"""Text about studies in the terminal: estimate, progress, comparison."""
+"""Output about studies in the terminal: estimate, progress, comparison."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ from aidsr.teams.providers.offline import SEARCH
 
 
 def print_forecast(console: Console, study: Study, jobs: int, limit: Budget) -> None:
-    """Print what is still to be done and its estimated cost and time.
+    """Print the remaining jobs of a study and their estimated cost and time.
 
     Args:
-        console: Where to print.
+        console: Console to print to.
         study: The study.
-        jobs: Done side by side; 0 where that is not known.
-        limit: What the study may use of language models.
+        jobs: Number of parallel jobs; 0 if unknown.
+        limit: Limits of the study on the use of language models.
     """
     arms = Table(box=None, pad_edge=False)
     for name in ("arm", "model", "settings"):
@@ -59,7 +59,7 @@ def print_forecast(console: Console, study: Study, jobs: int, limit: Budget) -> 
 
 
 def _above(study: Study, coming: StudyEstimate, limit: Budget) -> str:
-    """Return the limits that an estimate and what was used before exceed, as text; empty if none."""
+    """Return the limits that the used and the estimated amounts together exceed, as text; empty if none."""
     budget, parts = StudyBudget(study, limit), []
     if limit.cost_usd is not None and budget.paid_usd + coming.cost_usd > limit.cost_usd:
         parts.append(f"${budget.paid_usd + coming.cost_usd:.2f} in total, ${limit.cost_usd:.2f} allowed")
@@ -69,12 +69,12 @@ def _above(study: Study, coming: StudyEstimate, limit: Budget) -> str:
 
 
 def print_unfinished(console: Console, study: Study, refused: Collection[Limit]) -> None:
-    """Print what a study that ended at its limit left undone, and how to resume it.
+    """Print the unfinished runs of a study that ended at its limit, and how to resume it.
 
     Args:
-        console: Where to.
-        study: It ended.
-        refused: Which of its limits left too little.
+        console: Console to print to.
+        study: The study.
+        refused: Limits that left too little for the next call.
     """
     limit, coming = read_budget(study), estimate_study(study)
     undone = [cell for cell in study.cells if not is_finished(study.run(cell))]
@@ -99,7 +99,7 @@ def print_unfinished(console: Console, study: Study, refused: Collection[Limit])
 
 
 _NAMED = 3
-"""Runs that are named where a study ends early; the report has the others."""
+"""Maximum number of unfinished runs that are named; the report lists all."""
 
 
 def _hours(hours: float) -> str:
@@ -108,7 +108,7 @@ def _hours(hours: float) -> str:
 
 
 class StudyTable:
-    """A live table of a study: done, running, to do, failed, cost and time left; lines where there is no terminal."""
+    """Live table of a study: jobs done, running, to do, failed, cost, time left; without a terminal, lines of text."""
 
     def __init__(self, console: Console, study: Study) -> None:
         self._console = console
@@ -150,7 +150,7 @@ class StudyTable:
         self._live.update(Group(table, *at_work), refresh=True)
 
     def _refresh(self, at_the_end: bool) -> None:
-        """Read the study's folder again, unless that would take a notable part of the time."""
+        """Read the study's folder again, but not so often that it takes a notable share of the time."""
         began_s = time.monotonic()
         if began_s < self._next_refresh_s and not at_the_end:
             return
@@ -166,7 +166,7 @@ class StudyTable:
 
 @dataclass(frozen=True)
 class _AtWork:
-    """A job's line, rendered at each refresh: a search takes minutes and shows its progress."""
+    """Line of a running job, rendered at each refresh; a search, which takes minutes, shows its progress."""
 
     study: Study
     job: Job
@@ -183,7 +183,7 @@ class _AtWork:
 
 _HEADS = ("done", "running", "to do", "failed", "cost", "time left")
 _REFRESH_SHARE = 20
-"""Between two looks at a study pass so many times the time that a look takes. Our choice: at most 5 % of the driver."""
+"""Pause before the study's folder is read again / time of the last reading. Our choice: at most 5 % of the driver."""
 
 
 def _paid(study: Study) -> str:
@@ -193,7 +193,7 @@ def _paid(study: Study) -> str:
 
 
 def print_comparison(console: Console, one: Study, other: Study) -> int:
-    """Print whether the first arm of one study differs from that of another; return the exit code."""
+    """Print whether the first arms of two studies differ significantly; return 0, or 1 if nothing is comparable."""
     rows = [
         row.model_copy(update={"arm": name})
         for study, name in ((one, "first"), (other, "second"))
@@ -228,7 +228,7 @@ def print_comparison(console: Console, one: Study, other: Study) -> int:
 
 
 def _unlike(one: Study, other: Study) -> list[str]:
-    """Return what else differs between two plans and may be the reason of a difference."""
+    """Return other differences between two plans that could explain a difference in the results."""
     return [
         f"{name} {getattr(one.plan, name)} and {getattr(other.plan, name)}"
         for name in ("benchmark_version", "level", "seeds", "steps", "protocol", "perturbed", "versions")

@@ -1,4 +1,4 @@
-"""What `aidsr train`, `aidsr evaluate` and `aidsr design --train` share: trainings in a row, and their output."""
+"""Trainings in a row, and their output; shared by `aidsr train`, `aidsr evaluate` and `aidsr design --train`."""
 
 from __future__ import annotations
 
@@ -37,21 +37,21 @@ class Trainer:
 
     console: Console
     steps: int
-    """Budget of each policy."""
+    """Maximum control steps for each policy."""
     seeds: range
     recipe: Recipe
     minutes: float | None = None
-    """Budget of wall time of each policy."""
+    """Maximum wall time for each policy [min]; None for no limit."""
     threads: int = 0
     tensorboard: bool = False
     evaluate: bool = True
-    """Whether policies are evaluated."""
+    """Whether to evaluate each policy."""
     videos: bool = True
     again: bool = False
-    """Whether to train again what is finished."""
+    """Whether to train again even if earlier trainings are finished or stopped."""
 
     def train(self, scene: DesignedScene, home: Path, grouping: Grouping = "auto") -> bool:
-        """Train a policy for each seed, in numbered folders; return whether one is successful or none is evaluated."""
+        """Train a policy for each seed, in numbered folders; return whether any succeeds (True if not evaluated)."""
         from aidsr.learn.rl.isolated_learning import describe_actions
 
         actions = describe_actions(*scene.as_text(), grouping)
@@ -64,7 +64,7 @@ class Trainer:
         return any(verdicts) or not self.evaluate
 
     def _train(self, scene: DesignedScene, home: Path, grouping: Grouping, seed: int) -> Path:
-        """Train one policy with a progress bar, and print how it ended; return its folder."""
+        """Train one policy with a progress bar, print how the training ended, and return its folder."""
         from aidsr.api import train_policy
 
         finished_before = set(home.glob("*/training.json"))
@@ -107,7 +107,7 @@ class Trainer:
 
 
 def train_designs(run: Run, *, steps: int, seeds: int) -> int:
-    """Train and evaluate each approved design of a run; return 0 if one is successful, 1 if none, 130 if stopped."""
+    """Train and evaluate each approved design of a run; return 0 if any succeeds, 1 if none, 130 if interrupted."""
     from aidsr.api import find_scene
     from aidsr.apps.cli.reporting import print_status
     from aidsr.apps.cli.terminal import make_console
@@ -143,11 +143,11 @@ _NO_SUCCESS_YET = (
 
 
 class TrainingBar:
-    """A progress bar of a training, or a line now and then where there is no terminal."""
+    """Progress bar of a training; without a terminal, a line of text after every tenth of the steps."""
 
     def __init__(self, console: Console, title: str, steps: int, recipe: Recipe) -> None:
         self._console, self._title, self._steps, self._recipe = console, title, steps, recipe
-        self._told_hopeless = recipe.stop_hopeless  # then its end tells
+        self._told_hopeless = recipe.stop_hopeless  # then the end of the training reports it
         columns = (
             TextColumn("{task.description}"),
             BarColumn(),
@@ -170,7 +170,7 @@ class TrainingBar:
         self._progress.stop()
 
     def listen(self, point: CurvePoint) -> None:
-        """Show a point of the learning curve."""
+        """Update the bar with a point of the learning curve."""
         self._say_if_hopeless(point)
         success = f"{point.success_share:.0%}" if point.episodes else "–"
         left = format_time_left(self._steps - point.steps, point.steps_per_s)
@@ -181,7 +181,7 @@ class TrainingBar:
             self._console.print(escape(line), soft_wrap=True)
 
     def _say_if_hopeless(self, point: CurvePoint) -> None:
-        """Say once that nothing was won by now; where that ends a training, its end says so."""
+        """Print once that a training looks hopeless, unless `stop_hopeless` ends it: then its end reports that."""
         from aidsr.learn.rl.recipe import is_hopeless
 
         algorithm, has_won = self._recipe.algorithm, point.won > 0
@@ -195,10 +195,10 @@ class TrainingBar:
 def evaluating(
     console: Console, episodes: int = 100, *, videos: bool, perturbed: bool = False
 ) -> Iterator[Callable[[EvaluationPoint], None]]:
-    """Say what takes half a minute or more, and how far it has come; the value is to be called with that.
+    """Show the progress of an evaluation, which takes half a minute or more; yield the listener to pass to it.
 
-    Nothing is said before the first call, for there may be nothing to evaluate. Where a line cannot change, as in a log
-    file, there is one for each quarter.
+    Nothing is printed before the first call of the listener, because there may be nothing to evaluate. Without a
+    terminal, as in a log file, a line is printed for each quarter of the time.
     """
     again = ", plus as many with each perturbation" * perturbed
     began, told = time.monotonic(), -1
@@ -225,7 +225,7 @@ def evaluating(
 
 
 def print_evaluation(console: Console, folder: Path, evaluation: Evaluation) -> None:
-    """Print the evaluation of a policy, where its episodes end, and which plausibility checks it fails."""
+    """Print the evaluation of a policy: success, ends of its episodes, failed plausibility checks, perturbations."""
     print_evaluations(console, {folder: evaluation})
     for line in [*ends_in_words(evaluation.episodes, evaluation.hold_s), *mean_action_in_words(evaluation)]:
         console.print(escape(line), soft_wrap=True)
@@ -238,7 +238,7 @@ def print_evaluation(console: Console, folder: Path, evaluation: Evaluation) -> 
 
 
 def print_perturbed(console: Console, perturbed: Sequence[PerturbedEpisodes]) -> None:
-    """Print how much success is left where the scene differs from its model."""
+    """Print the success rates in perturbed scenes, and their share of the nominal success."""
     table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="dim")
     for title in ("perturbation", "success", "kept"):
         table.add_column(title, overflow="fold")
@@ -250,7 +250,7 @@ def print_perturbed(console: Console, perturbed: Sequence[PerturbedEpisodes]) ->
 
 
 def print_evaluations(console: Console, evaluations: dict[Path, Evaluation]) -> None:
-    """Print one line for each policy; the interval of its success is Wilson's at 95 %."""
+    """Print one line for each policy; its success rate has a 95 % Wilson interval."""
     from aidsr.runs.trainings import Training
 
     table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="dim")

@@ -1,4 +1,4 @@
-"""Asking a person whether a folder that was not made here may be resumed."""
+"""Confirmation by the user before a folder that was not made here is resumed."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ class _Check(Protocol):
 
 
 def confirmed(require_ours: _Check, trust: bool) -> None:
-    """Check the origin of a folder; in a terminal, ask whether one that was not made here is trusted.
+    """Check the origin of a folder; in a terminal, ask the user whether to trust one that was not made here.
 
     Raises:
-        ForeignFolderError: It is not trusted, or nobody can be asked.
+        ForeignFolderError: The folder is not trusted, or there is no terminal to ask in.
     """
     from rich.markup import escape
     from rich.prompt import Confirm

@@ -89,7 +89,7 @@ def validate(
 
         write_document(schema_text())
         return 0
-    warm_up()  # the worker starts while the rest is imported
+    warm_up()  # the worker process starts during the remaining imports
     from aidsr.apps.cli.checking import Check, refuse_to_overwrite
 
     unknown = next((file for file in files if file.startswith("--")), None)
@@ -112,7 +112,7 @@ def _codes(text: str) -> tuple[str, ...]:
 
 
 def _print_reports(check: Check, files: tuple[str, ...], *, as_json: bool, scope: bool) -> int:
-    """Check files, print what was found, and return the exit code."""
+    """Validate the files, print the reports, and return the exit code."""
     from aidsr.apps.cli.terminal import write, write_document
     from aidsr.apps.cli.verdicts import format_verdict
 

@@ -1,4 +1,4 @@
-"""The output of `aidsr validate` for a file, as plain text."""
+"""Output of `aidsr validate` for a file, as plain text."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from aidsr.core.formatting import format_number
 from aidsr.validation.json_report import FileReport
 
 _REALIZABILITY_BYTES = 1000
-"""Limit on the text about building it [bytes], beside the 1,600 bytes about how it moves."""
+"""Maximum length of the text about buildability [bytes]; the text about other faults may have 1,600 bytes."""
 
 
 def verdict(report: FileReport) -> str:
-    """Return both verdicts in a few words: whether the physics holds, and whether it is in scope."""
+    """Return the verdicts in a few words: whether the model is stable, sound, buildable and in scope."""
     layers = {fault.layer for fault in report.errors}
     if "load" in layers:
         return "cannot be loaded"
@@ -28,13 +28,13 @@ def verdict(report: FileReport) -> str:
 def format_verdict(
     report: FileReport, *, repaired: Path | None = None, named: bool = False, motors: bool = False
 ) -> str:
-    """Return the report on a file as text: repairs, verdict, faults, what could not be built, fidelity.
+    """Return the report on a file as text: repairs, verdict, faults, buildability, motors, fidelity.
 
     Args:
-        report: The report on it.
-        repaired: Where its repaired text was written.
-        named: Whether the verdict begins with the name of the file.
-        motors: Whether to name motors.
+        report: Report on the file.
+        repaired: File to which the repaired text was written; None without repairs.
+        named: Whether to begin the verdict with the name of the file.
+        motors: Whether to list suitable motors.
     """
     return "\n\n".join(_parts(report, repaired, named, motors)).rstrip()
 
@@ -69,7 +69,7 @@ def _format_repairs(report: FileReport, place: Path) -> str:
 
 
 def _format_motors(report: FileReport) -> Iterator[str]:
-    """One line for all actuators that need the same motor, with the most that any of them asks."""
+    """Yield one line for each motor, with its actuators and the largest values that any of them requires."""
     groups: dict[str, list[str]] = {}
     asked = report.measurements.get("motors", {})
     for actuator, needs in asked.items():

@@ -39,10 +39,10 @@ def view(path: Path, /, *, picture: Path = Path("aidsr_view.png")) -> int:
 
 
 def model_of(path: Path) -> Path:
-    """Return the MJCF file that a path stands for: of a design its final scene, else the newest scene or robot.
+    """Return the MJCF file to view: the path itself, or for a folder its final scene, else its newest scene or robot.
 
     Raises:
-        UserError: There is nothing to look at.
+        UserError: The folder is a run, or holds neither a scene nor a robot.
     """
     from aidsr.core.errors import UserError
 

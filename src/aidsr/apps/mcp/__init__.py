@@ -1,4 +1,4 @@
-"""AID-SR's physics for a person's own agent, over the Model Context Protocol: `aidsr.tools`, and how to read a task.
+"""Model Context Protocol (MCP) server that offers the tools of `aidsr.tools` and resources to a user's own agent.
 
-Needs the extra "mcp"; nothing outside this package imports it.
+Requires the extra "mcp". Outside this package, only the command `aidsr mcp` imports it, when it is called.
 """

@@ -1,4 +1,4 @@
-"""What an agent may read: the guide of our own Coder, the pages of the manual, and runs with their designs."""
+"""Resources that an agent may read: the MJCF guide of the Coder role, the manual, examples, runs with designs."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ from aidsr.runs.status import read_status
 from aidsr.teams.llm.prompts import render
 
 _DOCS = Path(aidsr.__file__).parents[2] / "docs"
-"""The pages are beside the sources; a package without those has none."""
+"""Folder of the manual; it exists only if AID-SR runs from its source tree."""
 _NO_DOCS = "the manual is not installed here; its pages are in the folder docs of the sources"
 _MOST_RUNS = 100
-"""In the list. Our choice: the newest are looked for."""
+"""Maximum number of runs in the list. Our choice: usually the newest runs are of interest."""
 
 
 def add_resources(server: MCPServer, runs: Path) -> None:
-    """Let a server offer what may be read.
+    """Add all resources to a server.
 
     Args:
-        server: The server.
+        server: The MCP server.
         runs: Folder of the runs.
     """
     library = Library(runs)
@@ -67,7 +67,7 @@ def add_resources(server: MCPServer, runs: Path) -> None:
 
     @server.resource("aidsr://examples/{name}", mime_type="application/json")
     def one_example(name: str) -> str:
-        """One of them: `objective`, `environment` and `goal`, as make_task asks for them."""
+        """One example: its `objective`, `environment` and `goal`, as make_task takes them."""
         known = examples()
         if name not in known:
             near = closest_name(name, list(known))
@@ -119,7 +119,7 @@ def _title(page: Path) -> str:
 
 @contextmanager
 def _sentences() -> Iterator[None]:
-    """Say what is wrong with a run in a sentence."""
+    """Convert errors in the context into a ResourceError with a message of one sentence."""
     try:
         yield
     except AidsrError as error:

@@ -1,4 +1,4 @@
-"""The MCP server: the tools of `aidsr.tools`. All arguments are untrusted."""
+"""The MCP server, which offers the tools of `aidsr.tools`. All arguments are untrusted."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ goals to begin with, aidsr://runs the runs of aidsr design."""
 
 
 def build_server(folder: Path, runs: Path) -> MCPServer:
-    """Return the server.
+    """Return the MCP server.
 
     Args:
-        folder: Folder of the robots, scenes and own tasks.
-        runs: Folder of the runs that may be read.
+        folder: Folder in which the agent's robots, scenes and own tasks are stored.
+        runs: Folder of the runs that the agent may read.
     """
     workspace = Workspace(folder)
     offered = (*OWNER_TOOLS.values(), CHECK, *TOOLS.values())
@@ -48,7 +48,7 @@ def build_server(folder: Path, runs: Path) -> MCPServer:
 
 
 class _Offered(McpTool):
-    """A tool as the server offers it: arguments are checked by the tool itself, and errors are its sentences."""
+    """MCP wrapper of a tool: the tool itself checks its arguments, and its error messages are returned as results."""
 
     fn: Callable[[dict[str, Any]], CallToolResult]
 
@@ -59,7 +59,7 @@ class _Offered(McpTool):
                 result = tool.call(workspace, _parsed(arguments, tool.schema["properties"]))
             except Exception as error:
                 sentence = str(error) if isinstance(error, AidsrError) else storage_problem(error)
-                if sentence is None:  # the server logs it with its traceback
+                if sentence is None:  # a bug: the server logs it with its traceback
                     raise UnexpectedToolError(
                         f"{tool.name} failed by a bug of AID-SR; the server's log tells"
                     ) from error
@@ -79,13 +79,13 @@ class _Offered(McpTool):
         )
 
     async def run(self, arguments: dict[str, Any], context: Any, convert_result: bool = False) -> CallToolResult:
-        """Call the tool in a thread: a long measurement must not keep the server from answering."""
+        """Call the tool in a thread, so that a long measurement does not block the server."""
         del context, convert_result
         return await anyio.to_thread.run_sync(self.fn, arguments)
 
 
 def _parsed(arguments: dict[str, Any], properties: dict[str, Any]) -> dict[str, Any]:
-    """Return arguments with their objects and lists: some clients send those as text."""
+    """Return arguments with objects and lists parsed from JSON text, because some clients send them as text."""
 
     def parsed(name: str, value: Any) -> Any:
         is_text = properties.get(name, {}).get("type") == "string"

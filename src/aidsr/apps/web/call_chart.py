@@ -1,4 +1,4 @@
-"""Calls of language models on a time axis: which role was asked when, and how tokens and money added up."""
+"""Calls of language models on a time axis: the calls of each role, and the cumulative tokens and cost."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from aidsr.core.formatting import format_duration
 _WIDTH, _LEFT, _RIGHT = 640, 76, 56
 _TOP, _CURVES, _LANE, _AXIS = 20, 84, 20, 22
 _LONGEST_GAP_S = 600.0
-"""A longer break, as of a run that was resumed the next day, is cut to this. Our choice."""
+"""Longer pauses, as in a run that was resumed the next day, are shortened to this. Our choice."""
 
 
 @dataclass(frozen=True)
 class ChartedCall:
-    """A call, and the address of what is told of it in full."""
+    """A call, its description in words, and the address of its full text."""
 
     record: CallRecord
     says: str
@@ -26,10 +26,10 @@ class ChartedCall:
 
 
 def call_chart_svg(calls: Sequence[ChartedCall]) -> str:
-    """Return a drawing of calls, empty where there are none.
+    """Return an SVG drawing of calls; empty where there are none.
 
-    Above are the sums of tokens and, where prices are known, of money; below a lane for each role, with each call from
-    question to reply as a link.
+    The upper part shows the cumulative tokens and, where prices are known, the cumulative cost. Below is a lane for
+    each role, in which each call, from prompt to reply, is a bar with a link.
     """
     spans = _spans(calls)
     if not spans:
@@ -61,12 +61,12 @@ def call_chart_svg(calls: Sequence[ChartedCall]) -> str:
 
 
 def _spans(calls: Sequence[ChartedCall]) -> list[tuple[ChartedCall, float, float]]:
-    """Return calls in order with when each began and ended, from the first on, long breaks cut [s]."""
+    """Return the calls in order, each with its start and end since the first call, long pauses shortened [s]."""
     known = []
     for call in calls:
         try:
             known.append((datetime.fromisoformat(call.record.started).timestamp(), call))
-        except ValueError:  # written by hand
+        except ValueError:  # a file written by hand may have no valid time
             continue
     known.sort(key=lambda each: each[0])
     spans: list[tuple[ChartedCall, float, float]] = []
@@ -94,7 +94,7 @@ def _bar(call: ChartedCall, begin: float, end: float, top: float) -> str:
 def _curve(
     kind: str, steps: Sequence[tuple[float, float]], name: str, words: Callable[[float], str], *, left: bool
 ) -> str:
-    """Return a sum as stairs that rise at each reply, with its name and its end."""
+    """Return a cumulative sum as a line that steps up at each reply, with its name and its final value."""
     total = sum(amount for _, amount in steps) or 1.0
     floor, path, risen = _TOP + _CURVES, [(float(_LEFT), float(_TOP + _CURVES))], 0.0
     for x, amount in steps:

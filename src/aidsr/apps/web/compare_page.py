@@ -1,4 +1,4 @@
-"""Two to four designs side by side: views that turn together, the same episode, concepts, curves, and what differs."""
+"""Two to four designs side by side: views with linked cameras, the same episode, concepts, curves, and differences."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from aidsr.runs.trainings import Training, read_curve, trainings_of
 
 @dataclass(frozen=True)
 class _Compared:
-    """A design that is compared, at the iteration it stands at."""
+    """A design to compare, at the iteration it stands at."""
 
     site: Site
     run: Run
@@ -52,21 +52,21 @@ class _Compared:
 
     @property
     def mjcf(self) -> str:
-        """The text of its robot; empty before there is one."""
+        """MJCF of its robot; empty before there is one."""
         return self.robot.mjcf if self.robot else ""
 
     @property
     def training(self) -> Training | None:
-        """The newest that has a verdict."""
+        """Its newest evaluated training; None before there is one."""
         judged = [one for one in trainings_of(self.folder) if one.evaluation.path.exists()]
         return judged[-1] if judged else None
 
 
 def add_compare_page(site: Site) -> None:
-    """Answer at /compare, for designs named as RUN/NUMBER."""
+    """Add the page at /compare, for designs named as RUN/NUMBER."""
 
     @ui.page("/compare")
-    def compare_page(design: list[str] = Query(default=[])) -> None:  # noqa: B008  # as FastAPI has it
+    def compare_page(design: list[str] = Query(default=[])) -> None:  # noqa: B008  # as FastAPI requires
         try:
             compared = [_found(site, each) for each in design[:MOST_COMPARED]]
         except AidsrError as error:
@@ -92,7 +92,7 @@ def add_compare_page(site: Site) -> None:
 
 
 def _nothing_picked(site: Site, picked: list[_Compared]) -> None:
-    """Say what a comparison needs, and offer the designs there are."""
+    """Explain what a comparison needs, and offer all designs for selection."""
     with frame("Compare", ("Runs", "/"), ("Designs", "/designs"), site=site):
         text("Compare designs", tag="h1")
         told = (

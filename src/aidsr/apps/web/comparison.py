@@ -1,4 +1,4 @@
-"""The designs of a run side by side, by what was measured of them."""
+"""Designs side by side, compared by their measurements."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ _MEASURED = (
     ("largest displacement / length", "largest_effect_over_length", 1.0, ""),
     ("fastest body", "fastest_body_m_s", 1.0, "m/s"),
 )
-"""What the validator measured, as a person reads it: title, name, factor and unit; lengths in mm and masses in g, as in
+"""Measurements of the validator as shown to a person: title, key, factor and unit; lengths in mm and masses in g, as in
 faults and parts."""
 
 
 @dataclass(frozen=True)
 class Column:
-    """A design in the table."""
+    """A design as a column of the table."""
 
     run: str
     design: DesignView
@@ -45,7 +45,7 @@ def comparison_table(site: Site, run: Run) -> None:
 
 
 def compare_measured(site: Site, designs: Sequence[tuple[Run, int]]) -> None:
-    """Show some designs, of any runs, as columns of one table."""
+    """Show some designs, from any runs, as columns of one table."""
     columns = (
         comparison_column(run.name, run.design(number), site.view(run).design(number)) for run, number in designs
     )
@@ -67,7 +67,7 @@ def _read(site: Site, run: Run) -> tuple[Column, ...]:
 
 
 def comparison_column(run: str, folder: DesignFolder, design: DesignView) -> Column:
-    """Return what is measured of a design, as a column of the table."""
+    """Return the properties and measurements of a design as a column of the table."""
     status = design.status
     state = attempted(folder, status.stands_at) if status.stands_at else None
     concept, report = (state.concept, state.report) if state else (None, None)

@@ -1,4 +1,4 @@
-"""The log of a run, newest first: events as sentences, calls with prompt and reply to unfold."""
+"""The log of a run, newest first: events as sentences, calls with their prompt and reply in expandable sections."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ class Entry:
 
     time: str
     design: int
-    """0 for the run."""
+    """Number of the design; 0 for the run itself."""
     iteration: int | None
     line: str
     call: CallRecord | None = None
 
     def has(self, words: Sequence[str]) -> bool:
-        """Whether each of some words, in lower case, is in the line, or in the prompt or reply of its call."""
+        """Whether each of the words, given in lower case, is in the line, or in the prompt or reply of its call."""
         if not words:
             return True
         texts = [self.line]
@@ -45,17 +45,17 @@ class Entry:
 
 @dataclass
 class History:
-    """Reads what is new in a run since it was last asked; call files never change and are read once."""
+    """Reader of the new log entries of a run; call files never change and are read once."""
 
     run: Run
     design: int | None = None
-    """Only this design; None for all."""
+    """Number of the design to read, 0 for the run itself; None for everything."""
     _events: dict[Path, int] = field(default_factory=dict)
-    """How many events of each log were returned."""
+    """Number of events already returned, by log file."""
     _calls: set[Path] = field(default_factory=set)
 
     def news(self) -> tuple[Entry, ...]:
-        """Return what is new since the last call, the oldest first.
+        """Return the entries that are new since the last call, the oldest first.
 
         Raises:
             UserError: A file of the run is damaged.
@@ -150,7 +150,7 @@ def _words(typed: object) -> list[str]:
 
 
 def _line(entry: Entry, before: CallRecord | None) -> ui.element:
-    """Show a line; `before` is the call of the same design and role that came before this one."""
+    """Show an entry; `before` is the previous call of the same design and role."""
     with box("entry") as line:
         text(entry.time[11:19], "when")
         place = f"design {entry.design}" if entry.design else "run"
@@ -167,7 +167,7 @@ def _line(entry: Entry, before: CallRecord | None) -> ui.element:
 
 
 def _call(line: str, call: CallRecord, before: CallRecord | None) -> None:
-    """Prompt and reply are long, so they travel to the browser only when they are asked for."""
+    """Show a call; its prompt and reply are long, so they are sent to the browser only when they are expanded."""
     with ui.expansion(line).props("dense dense-toggle switch-toggle-side").classes("full") as fold:
         pass
 
@@ -191,7 +191,7 @@ def _call(line: str, call: CallRecord, before: CallRecord | None) -> None:
 
 
 def _prompt_difference(before: CallRecord, call: CallRecord) -> None:
-    """Offer what differs from the prompt that the same role was given before."""
+    """Show the differences from the previous prompt of the same role, in an expandable section."""
     with ui.expansion("Changes from the previous prompt of this role").props(
         "dense dense-toggle switch-toggle-side"
     ) as fold:
@@ -199,7 +199,7 @@ def _prompt_difference(before: CallRecord, call: CallRecord) -> None:
         if not html:
             text("No changes.", "soft")
             return
-        shown = ui.html(html, sanitize=False).classes("code prose full")  # our own markup around escaped pieces
+        shown = ui.html(html, sanitize=False).classes("code prose full")  # safe: all text is escaped
         shown.props.update({"tabindex": "0", "role": "region", "aria-label": "changes between the prompts"})
     fold.classes("full")
 
@@ -209,7 +209,7 @@ def _prompt(call: CallRecord) -> str:
 
 
 def _why_again(call: CallRecord) -> str:
-    """Return what a role is told about its reply before; empty for a first question."""
+    """Return why the previous reply of the role was rejected; empty for a first prompt."""
     messages = call.question.messages
     return messages[-1].text if len(messages) > 1 and messages[-2].role == "assistant" else ""
 

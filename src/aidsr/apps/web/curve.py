@@ -1,4 +1,4 @@
-"""Curves and points as small drawings; nothing in them but numbers of ours and escaped names."""
+"""Learning curves and scatter plots as small SVG drawings, which contain only numbers and escaped names."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _WIDTH, _HEIGHT, _LEFT, _BOTTOM, _TOP = 640, 220, 44, 26, 10
 
 
 def curve_svg(rows: Sequence[CurveRow], budget_steps: int) -> str:
-    """Return success share and progress over the steps, both from 0 to 1."""
+    """Return a drawing of success share and progress, both from 0 to 1, over the steps."""
     most = max([budget_steps, *(row.steps for row in rows)], default=1) or 1
 
     def line(name: str, kind: str) -> str:
@@ -28,11 +28,11 @@ def curve_svg(rows: Sequence[CurveRow], budget_steps: int) -> str:
 
 
 CURVE_COLOURS = ("#1c87a6", "#d9822b", "#7a5cc2", "#2f9e5f")
-"""Of curves of several designs, as in the timeline."""
+"""Colours of the curves of several designs, the same as in the timeline."""
 
 
 def curves_svg(curves: Sequence[tuple[str, Sequence[CurveRow]]]) -> str:
-    """Return the success share of several trainings over their steps, one line each."""
+    """Return a drawing of the success share of several trainings over their steps, one line each."""
     most = max((row.steps for _, rows in curves for row in rows), default=1) or 1
     drawn = []
     for (_, rows), colour in zip(curves, CURVE_COLOURS, strict=False):
@@ -43,7 +43,7 @@ def curves_svg(curves: Sequence[tuple[str, Sequence[CurveRow]]]) -> str:
 
 
 def scatter_svg(points: Sequence[tuple[float, float, str]], against: str) -> str:
-    """Return points of an amount and a share, each with its name as a tooltip; `against` says what the amount is."""
+    """Return a scatter plot of (amount, share, name), with names as tooltips; `against` is the name of the amount."""
     most = max((amount for amount, _, _ in points), default=1) or 1
     drawn = "".join(
         f'<circle class="dot" cx="{_across(amount, most):.1f}" cy="{_up(share):.1f}" r="4.5">'

@@ -1,4 +1,4 @@
-"""One design: seen, reviewed, understood iteration by iteration, trained, taken home."""
+"""The page of a design: view it, review it, inspect each iteration, probe and train it, export it."""
 
 from __future__ import annotations
 
@@ -55,28 +55,28 @@ _TABS = {
 
 @dataclass(frozen=True)
 class _Page:
-    """A design, and which of its iterations is looked at."""
+    """A design, and which of its iterations is selected."""
 
     site: Site
     run: Run
     folder: DesignFolder
     chosen: int
-    """0 for the one that the design stands at, whichever that is."""
+    """Number of the selected iteration; 0 for the one that the design currently stands at."""
     stage: Stage
 
     def read(self) -> tuple[DesignView, str, int]:
-        """Return the design, the state of its run, and the number of the iteration looked at."""
+        """Return the design, the state of its run, and the number of the selected iteration."""
         view = self.site.view(self.run)
         design = view.design(self.folder.number)
         numbers = [attempt.number for attempt in design.attempts]
         return design, view.shown, self.chosen if self.chosen in numbers else design.status.stands_at
 
     def number(self) -> int:
-        """Return the number of the iteration looked at."""
+        """Return the number of the selected iteration."""
         return self.read()[2]
 
     def titled(self) -> tuple[str, str, int, int, int]:
-        """Return concept, state and number of the iteration looked at, where the design stands, and warnings there."""
+        """Return title, state, selected iteration, iteration that the design stands at, and warnings at the latter."""
         design, shown, number = self.read()
         status = design.status
         concept = attempted(self.folder, number).concept if number else None
@@ -86,7 +86,7 @@ class _Page:
         return title, state, number, status.stands_at, design.warnings
 
     def seen(self) -> tuple[int, bool, bool, tuple[Motion, ...]]:
-        """Return which iteration is looked at, whether its scene is validated and pictured, what can be replayed."""
+        """Return the selected iteration, whether its scene is validated and has a picture, and the recorded motions."""
         number = self.number()
         iteration = self.folder.iteration(number)
         validated, pictured = iteration.scene_report.path.exists(), iteration.preview.path.exists()
@@ -94,7 +94,7 @@ class _Page:
 
 
 def add_design_page(site: Site) -> None:
-    """Answer at /run/NAME/NUMBER."""
+    """Add the page at /run/NAME/NUMBER."""
 
     @ui.page("/run/{name}/{number}")
     def design_page(name: str, number: int, iteration: int = 0, tab: str = "") -> None:
@@ -190,7 +190,7 @@ def _scene(page: _Page, seen: tuple[int, bool, bool, tuple[Motion, ...]]) -> Non
 
 
 def _before(page: _Page, number: int, *, whole: bool) -> str:
-    """Return the MJCF of the newest earlier iteration, scene or robot as this one is; empty where there is none."""
+    """Return the MJCF of the newest earlier scene, or robot unless `whole`; empty where there is none."""
     earlier = [it for it in page.folder.leading_to(number) if it.number < number]
     if whole:
         scene = newest(it.scene.read() for it in earlier)
@@ -224,7 +224,7 @@ def _frame(page: _Page, number: int, address: str, *, current: bool) -> None:
 
 
 def _picture(page: _Page, number: int) -> str:
-    """Return the address of an iteration's picture, empty where there is none."""
+    """Return the address of an iteration's picture; empty where there is none."""
     exists = page.folder.iteration(number).preview.path.exists()
     picture = f"designs/{page.folder.number}/{number:02d}/preview.png" if exists else ""
     return file_address(page.run.name, picture)

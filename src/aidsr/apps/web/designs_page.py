@@ -1,4 +1,4 @@
-"""All designs of all runs: sorted, filtered, grouped, plotted, and picked for comparison."""
+"""All designs of all runs: sorted, filtered, grouped, plotted, and selected for comparison."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from aidsr.runs.files import JsonFile
 from aidsr.runs.trainings import best_verdict, verdicts_of
 
 MOST_COMPARED = 4
-"""Designs side by side. Our choice: as many views as fit a screen."""
+"""Maximum number of designs side by side. Our choice: as many views as fit a screen."""
 _FILTERS = ("task", "family", "model", "state")
 _COLUMNS: dict[str, Callable[[DesignRow], Any]] = {
     "design": lambda row: row.concept.lower(),
@@ -55,23 +55,23 @@ class DesignRow:
     iterations: int
     tokens: int
     success: float | None
-    """Share of held-out episodes won by its best policy; None where it has none."""
+    """Share of held-out episodes in which its best policy succeeds; None where no policy was evaluated."""
     started: str
     picture: str
     warnings: int = 0
-    """Of the validator, where it stands."""
+    """Number of warnings of the validator at the iteration that the design stands at."""
     amounts: tuple[tuple[str, float], ...] = ()
-    """What its success can be plotted against, for a design with a policy."""
+    """Names and values of quantities to plot its success against; empty for a design without an evaluated policy."""
 
     @property
     def key(self) -> str:
-        """As an address names it."""
+        """Its name in addresses, RUN/NUMBER."""
         return f"{self.run}/{self.number}"
 
 
 @dataclass
 class _Wanted:
-    """What a person wants to see of them."""
+    """Filters, order and selection that a person chose."""
 
     task: str = ""
     family: str = ""
@@ -79,16 +79,16 @@ class _Wanted:
     state: str = ""
     group: str = ""
     against: str = ""
-    """Amount of the plot; empty for the first there is."""
+    """Quantity on the horizontal axis of the plot; empty for the first one available."""
     by: str = "started"
     falling: bool = True
     picked: tuple[str, ...] = ()
     refused: bool = False
-    """Whether the last pick was one too many."""
+    """Whether the last selection was refused because the maximum was reached."""
 
 
 def add_designs_page(site: Site) -> None:
-    """Answer at /designs."""
+    """Add the page at /designs."""
 
     @ui.page("/designs")
     def designs_page() -> None:
@@ -98,7 +98,7 @@ def add_designs_page(site: Site) -> None:
 
 
 def designs_to_pick(site: Site, picked: tuple[str, ...] = ()) -> None:
-    """Show all designs of all runs, to be sorted, filtered, grouped and picked; some may be picked already."""
+    """Show all designs of all runs, to be sorted, filtered, grouped and selected; `picked` are selected at first."""
     wanted = _Wanted(picked=picked)
 
     def act(**changes: Any) -> None:
@@ -107,7 +107,7 @@ def designs_to_pick(site: Site, picked: tuple[str, ...] = ()) -> None:
 
     choices = ui.element("div").classes("form")
     live(lambda: (wanted.picked, wanted.refused), lambda facts: _compare_bar(*facts, act))
-    # what is wanted is part of what was read, so that a change of it redraws the table; picks do not
+    # the filters are part of the values read, so that a change of them redraws the table; the selection is left out
     look = live(
         lambda: (_read(site), replace(wanted, picked=(), refused=False)), lambda facts: _draw(facts[0], wanted, act)
     )
@@ -163,7 +163,7 @@ def design_row(view: RunView, design: DesignView, folder: DesignFolder) -> Desig
 
 
 def _amounts(design: DesignView, folder: DesignFolder) -> Iterator[tuple[str, float]]:
-    """Yield what a design took and what it is made of, as far as it is known."""
+    """Yield the known quantities of a design: tokens, actuators, moving mass and printed parts."""
     usage = design.status.usage
     if usage.calls:
         yield "tokens", usage.input_tokens + usage.output_tokens
@@ -207,7 +207,7 @@ def _draw(rows: tuple[DesignRow, ...], wanted: _Wanted, act: Callable[..., None]
 
 
 def _plot(trained: list[DesignRow], wanted: _Wanted, act: Callable[..., None]) -> None:
-    """Plot held-out success against an amount that at least two designs have."""
+    """Plot held-out success against a quantity that at least two designs have."""
     amounts = [dict(row.amounts) for row in trained]
     offered = [
         name

@@ -1,4 +1,4 @@
-"""Addresses that lead nowhere, and pages that fail: a page of ours for a person, a plain sentence for a program."""
+"""Responses to unknown addresses and to failures: an HTML page for a browser, a plain sentence for a program."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _ADVICE = "The error is in the web app, not in your run. The terminal of the web
 
 
 def add_error_pages(application: FastAPI) -> None:
-    """Answer for what is not there and for what fails, in the application and in the pages mounted in it."""
+    """Handle unknown addresses and failures, in the application and in the NiceGUI app mounted in it."""
 
     async def missing(request: Request, error: Exception) -> Response:
         status = error.status_code if isinstance(error, HTTPException) else 404

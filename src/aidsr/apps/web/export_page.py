@@ -1,4 +1,4 @@
-"""A design as parts: exported by a process of its own, its verdict, its parts on the bed, its sheet."""
+"""The export page of a design: start the export process, and show the verdict, the parts and the assembly sheet."""
 
 from __future__ import annotations
 
@@ -25,30 +25,30 @@ from aidsr.runs.files import JsonFile
 from aidsr.runs.trainings import trainings_of
 
 _DEFAULTS: dict[str, Any] = {"printer": "fdm", "material": "", "policy": False}
-"""As `aidsr export` has it."""
+"""Defaults of `aidsr export`."""
 _ANY = "First suitable material"
 
 
 @dataclass(frozen=True)
 class State:
-    """How far the export of a design is."""
+    """State of the export of a design."""
 
     missing: str
-    """What must be installed first; empty where all is there."""
+    """What must be installed first, in words; empty where nothing is missing."""
     approved: bool
     trained: bool
     since: str = ""
-    """When the process that is at work began, ISO 8601; empty where none is."""
+    """Start time of the running process, ISO 8601; empty where none is running."""
     output_tail: str = ""
-    """Of a process that ended without an export."""
+    """Last output of a process that ended without an export."""
     verdict: Verdict | None = None
     parts: tuple[PartEntry, ...] = ()
     made: str = ""
-    """When the export was written, ISO 8601."""
+    """Time at which the export was written, ISO 8601."""
 
 
 def add_export_page(site: Site) -> None:
-    """Answer at /run/NAME/NUMBER/export."""
+    """Add the page at /run/NAME/NUMBER/export."""
 
     @ui.page("/run/{name}/{number}/export")
     def export_page(name: str, number: int) -> None:
@@ -72,10 +72,10 @@ def add_export_page(site: Site) -> None:
 
 
 def read_export(site: Site, run: Run, design: DesignFolder) -> State:
-    """Return how far the export of a design is.
+    """Return the state of the export of a design.
 
     Raises:
-        UserError: An export is there and cannot be read.
+        UserError: An export exists but cannot be read.
     """
     name = site.export_name(run, design.number)
     missing = missing_extra("fabrication", "making parts")
@@ -96,7 +96,7 @@ def read_export(site: Site, run: Run, design: DesignFolder) -> State:
 
 
 def draw_export(site: Site, run: Run, design: DesignFolder, state: State) -> None:
-    """Show what starts an export, one at work, or what came of it."""
+    """Show the running export, or the result of the last one and the form that starts another."""
     if not state.approved:
         with box("sheet empty"):
             text("A design can be exported once it is approved.", "soft", "p")

@@ -1,4 +1,4 @@
-"""What came of an export: verdict and reasons, parts as they lie on the bed, changes, the second simulation."""
+"""The result of an export: verdict and reasons, parts on the print bed, changes, and the simulation as built."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from aidsr.runs import DesignFolder, Run
 
 _BADGES = {"buildable": "yes", "buildable with changes": "waiting", "not buildable": "no"}
 _COLOURS = ((0.66, 0.73, 0.80), (0.36, 0.56, 0.72), (0.93, 0.64, 0.31), (0.50, 0.69, 0.52))
-"""Of the pieces of the robot, in the order of the sheet's colours."""
+"""RGB colours of the robot's parts, in the order of the assembly sheet's colours."""
 _BENCH = (0.55, 0.56, 0.60)
-"""Of what stands beside it."""
+"""RGB colour of the parts that stand beside the robot."""
 
 
 def show_export(run: Run, design: DesignFolder, verdict: Verdict, parts: tuple[PartEntry, ...], made: str) -> None:
@@ -27,8 +27,8 @@ def show_export(run: Run, design: DesignFolder, verdict: Verdict, parts: tuple[P
         run: The run.
         design: The design.
         verdict: Verdict of the export.
-        parts: What is printed.
-        made: When it was written, ISO 8601; also the version of its files.
+        parts: Printed parts.
+        made: Time at which the export was written, ISO 8601; also the version in the addresses of its files.
     """
     home = f"{run.name}/{design.number}"
     with box("row apart"):
@@ -51,7 +51,7 @@ def show_export(run: Run, design: DesignFolder, verdict: Verdict, parts: tuple[P
 
 
 def letters(parts: tuple[PartEntry, ...]) -> tuple[str, ...]:
-    """Return a letter for each piece of the robot, as on the sheet, and a number for what stands beside it."""
+    """Return the label of each part: a letter for a part of the robot, as on the sheet, a number for any other part."""
     robot = [part.file for part in parts if part.what == "robot"]
     bench = [part.file for part in parts if part.what != "robot"]
     return tuple(
@@ -130,7 +130,7 @@ def _size(part: PartEntry) -> str:
 
 
 def _found(part: PartEntry) -> list[str]:
-    """Return what was found wrong with a part as it lies on the bed."""
+    """Return the defects of a part as it lies on the print bed."""
     return [
         label
         for bad, label in ((not part.watertight, "not watertight"), (not part.fits_bed, "larger than the bed"))

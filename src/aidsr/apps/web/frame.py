@@ -1,4 +1,4 @@
-"""The frame of every page: head line, width, colours by day and by night."""
+"""The frame of every page: header, width, light and dark colours."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ _THEMES = {"auto": (None, "brightness_auto"), "light": (False, "light_mode"), "d
 
 @contextmanager
 def frame(title: str, *way: tuple[str, str], site: Site | None = None, narrow: bool = False) -> Iterator[None]:
-    """Open a page.
+    """Open a page: add its header, and enter the element of its content.
 
     Args:
-        title: Of this page.
-        way: Text and address of the pages above it.
-        site: The site, whose work the head line counts; None where there is none to read.
-        narrow: Keep to a width at which text is easily read.
+        title: Title of the page.
+        way: Text and address of each page above it, for the breadcrumb.
+        site: Site whose running tasks the header counts; None to leave the count out.
+        narrow: Whether to limit the width so that text is easy to read.
     """
     ui.page_title(f"{title} · AID-SR" if title else "AID-SR")
     ui.add_head_html(_HEAD)
@@ -57,7 +57,7 @@ def frame(title: str, *way: tuple[str, str], site: Site | None = None, narrow: b
 
 
 def _at_work(tasks: tuple[Task, ...]) -> None:
-    """Count what is running; a browser shows what waits for a person in the page's title and icon (web.js)."""
+    """Show how many tasks run and wait; web.js also shows those that wait for a person in the page's title and icon."""
     awaited = [task for task in tasks if task.waits]
     waiting = len(awaited)
     said = "Activity" + (f": {waiting} waiting for you" if waiting else "")

@@ -1,4 +1,4 @@
-"""What counts as success, as a goal: begun from a kind with its keys, checked as it is typed."""
+"""The form for a goal, which defines success: begun from a template of its kind, and checked while it is typed."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ _FIRST_LINES = {
     "follow": "path_m = [[0, 0, 0.1], [0.1, 0, 0.1]]   # waypoints; or sites = their names",
     "stages": '[[stages]]\nkind = "touch"\ntarget = "{body}"\n\n[[stages]]\nkind = "lift"\ntarget = "{body}"',
 }
-"""Of each kind of goal, what it cannot do without, with names of the environment."""
+"""Required keys of each kind of goal, with placeholders for names of the environment."""
 _LEFT_OUT = frozenset({"kind", "by_s", "mount", "limits", "stages"})
-"""Keys that are tables, or belong to a stage; docs/goals.md has them."""
+"""Keys left out of templates, because they are tables or belong to a stage; docs/goals.md explains them."""
 
 
 def skeleton(kind: str, environment: EnvironmentSummary | None = None) -> str:
-    """Return a goal of a kind to fill in: what it needs, then every other key with its default, as a comment.
+    """Return a template for a goal: its required keys, then every other key with its default, as a comment.
 
     Args:
-        kind: Word of the kind.
-        environment: Whose names stand in it.
+        kind: Name of the kind of goal.
+        environment: Environment whose names are filled in; None for "…" in their place.
     """
     from aidsr.tasks.goals.reading import KINDS
 
@@ -54,7 +54,7 @@ def skeleton(kind: str, environment: EnvironmentSummary | None = None) -> str:
 
 
 def _names(environment: EnvironmentSummary | None) -> dict[str, str]:
-    """Return a site or body, a body and a hinge of an environment, those that can move first."""
+    """Return a place (site or body), a body and a hinge joint of an environment; movable bodies are preferred."""
     bodies = [body for body in environment.bodies if body.name != "world"] if environment else []
     moving = [body.name for body in bodies if body.movable] + [body.name for body in bodies]
     hinges = [joint.partition(": ")[0] for body in bodies for joint in body.joints if ": hinge" in joint]
@@ -109,7 +109,7 @@ def goal_form(form: Form) -> None:
 
 
 def _keep_checked(form: Form, field: ui.textarea, said: ui.element) -> None:
-    """Say below a field what is wrong with the goal in it, or what it asks for, whenever it changes."""
+    """Show, below a field, what is wrong with its goal, or a summary of the goal, whenever it changes."""
 
     async def check() -> None:
         goal = str(form["goal"] or "")
@@ -135,13 +135,13 @@ def _keep_checked(form: Form, field: ui.textarea, said: ui.element) -> None:
 
 
 def _keep_kind(form: Form, field: ui.textarea, kinds: ui.select) -> None:
-    """Let the choice of a kind follow the goal in a field, as a template brings another."""
+    """Update the selected kind whenever the goal in a field changes; a template may bring another kind."""
 
     def follow() -> None:
         try:
             kind = tomllib.loads(str(form["goal"] or "")).get("kind")
         except tomllib.TOMLDecodeError:
-            return  # said below the field
+            return  # the error is shown below the field
         if kind in _FIRST_LINES:
             kinds.value = kind
 
@@ -183,7 +183,7 @@ def _chips(what: str, names: Sequence[str]) -> None:
 
 
 def _summary(environment: str) -> EnvironmentSummary | None:
-    """Return what is in an environment, None where there is none or it cannot be used, which its own field says."""
+    """Return the summary of an environment; None where there is none, or where it is invalid, which its field shows."""
     from aidsr.sim.environment_summary import summarize_environment
 
     try:

@@ -1,9 +1,9 @@
-"""Who may send requests to the web app: checked before any page, file or WebSocket is reached.
+"""Checks of every request to the web app, made before any page, file or WebSocket is reached.
 
-A page on this machine can start programs, so another site open in the same browser must not be able to use it. Three
-things keep it out: the Host must be one this web app answers to (against DNS rebinding), the Origin of every request
-and WebSocket must be the web app itself, and what the browser marks as coming from another site is refused. Where the
-web app can be reached from other machines, a token is required as well.
+The web app can start programs on this machine, so another site open in the same browser must not be able to use it.
+Three checks prevent that: the Host must be a name of this web app (against DNS rebinding), the Origin of every request
+and WebSocket must be the web app itself, and a request that the browser marks as coming from another site is refused,
+unless it only opens a page. If other machines can reach the web app, a token is required as well.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 LOOPBACK = frozenset({"127.0.0.1", "localhost", "[::1]"})
-"""Names under which a machine reaches itself."""
+"""Host names of the loopback interface."""
 MAX_BODY_BYTES = 4_000_000
-"""Largest body of a request. Our choice: above the largest file that `aidsr.apps.web.upload` takes."""
+"""Maximum size of a request body. Our choice: above the largest file that `aidsr.apps.web.upload` accepts."""
 _COOKIE = "aidsr_token"
 _SIGN_IN = "/sign-in"
 _HEADERS = (
@@ -38,7 +38,8 @@ _HEADERS = (
         b"object-src 'none'; frame-ancestors 'none'",
     ),
 )
-"""Sent with every answer. Vue compiles its templates in the browser, hence unsafe-eval; nothing is loaded from afar."""
+"""Headers of every response. Vue needs unsafe-eval to compile its templates in the browser; nothing is loaded from
+other hosts."""
 _SIGN_IN_PAGE = """<!doctype html><html lang=en-US><meta charset=utf-8><title>Sign in · AID-SR</title>
 <meta name=viewport content="width=device-width, initial-scale=1">
 <style>:root{{color-scheme:light dark;--ink:light-dark(#1d2326,#e6e9e8);--accent:light-dark(#1c6770,#70c4cd)}}
@@ -53,13 +54,13 @@ button{{background:var(--accent);color:light-dark(#fff,#0c1a1c);font-weight:600;
 <form method=post action=/sign-in><label for=token>Token</label>
 <input id=token type=password name=token autocomplete=current-password autofocus required>{said}<button>Sign in</button>
 </form></main></html>"""
-"""Complete in itself: without the token no stylesheet is given out."""
+"""Sign-in page with its own styles, because no stylesheet is served without the token."""
 _WRONG_TOKEN = "wrong token; it was set in the terminal or the service that started this web app"
 
 
 @dataclass(frozen=True)
 class Refusal:
-    """Why a request gets no further."""
+    """HTTP status and reason of a refused request."""
 
     status: int
     reason: str
@@ -70,9 +71,9 @@ class Guard:
     """ASGI middleware that checks each request before the application.
 
     Attributes:
-        app: What is guarded.
+        app: The protected application.
         hosts: Host names, in lower case and without port, under which the web app may be reached; empty for any.
-        token: What a browser must have shown once; empty where none is needed.
+        token: Secret that a browser must have presented once; empty where none is needed.
     """
 
     app: ASGIApp
@@ -125,7 +126,7 @@ class Guard:
         return cookie is not None and hmac.compare_digest(cookie.value.encode(), self._mark().encode())
 
     def _mark(self) -> str:
-        """Return what a browser keeps in its cookie: a token may hold characters that a cookie cannot."""
+        """Return the value of the cookie: a hash, because a token may contain characters that a cookie cannot."""
         return hashlib.sha256(self.token.encode()).hexdigest()
 
     async def _sign_in(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -142,12 +143,12 @@ class Guard:
 
 
 def _name(host: str) -> str:
-    """Return a Host without its port."""
+    """Return a Host header without its port."""
     return host[: host.index("]") + 1] if host.startswith("[") and "]" in host else host.partition(":")[0]
 
 
 def _asked_from(origin: str) -> str | None:
-    """Return host and port of an Origin; None where it is no address."""
+    """Return host and port of an Origin header, in lower case; None where it is not a URL."""
     try:
         return urlsplit(origin).netloc.lower()
     except ValueError:

@@ -1,4 +1,4 @@
-"""Home: all runs at a glance, searched, opened, thrown away and taken back."""
+"""The home page: list, search, open, delete and restore runs."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from aidsr.runs import Run
 
 _COLUMNS = ("picture", "run", "model", "state", "designs", "stable", "valid", "successful", "cost", "started", "delete")
 _UNNAMED = frozenset({"picture", "delete"})
-"""Columns whose heading is for screen readers alone."""
+"""Columns whose heading is for screen readers only."""
 _AT_FIRST = 40
-"""Rows before a person asks for more. Our choice: two screens; a browser takes a second for two hundred."""
+"""Rows shown at first. Our choice: two screens; a browser takes a second for two hundred rows."""
 _NUMBERS = frozenset({"designs", "stable", "valid", "successful", "cost"})
 
 
@@ -46,14 +46,14 @@ class _Shown:
 
 @dataclass
 class _Wanted:
-    """What a person wants to see."""
+    """Search text and maximum number of rows, as set by a person."""
 
     words: str | None
     most: int = _AT_FIRST
 
 
 def add_home(site: Site) -> None:
-    """Answer at /."""
+    """Add the page at /."""
 
     @ui.page("/")
     def home(search: str = "") -> None:
@@ -74,7 +74,7 @@ def add_home(site: Site) -> None:
 
 
 def _runs(site: Site, wanted: _Wanted) -> Callable[[], Coroutine[Any, Any, None]]:
-    """Show the runs that match, and return what looks at once for those that match by now."""
+    """Show the runs that match the search, and return a function that refreshes them at once."""
     with box("live") as without:
         pass
     with box("sheet flush scroll") as sheet, box("list open runs", "table"):
@@ -115,7 +115,7 @@ def _runs(site: Site, wanted: _Wanted) -> Callable[[], Coroutine[Any, Any, None]
 
 
 def _read(site: Site, wanted: _Wanted) -> _Shown:
-    """Return the newest runs that match; what is not shown is read only to be searched."""
+    """Return the newest runs that match; runs that are not shown are read only for a search."""
     runs, words = site.library.runs(), (wanted.words or "").lower().split()
     if not words:
         return _Shown(tuple(_row(site, run) for run in runs[: wanted.most]), len(runs), len(runs), "")

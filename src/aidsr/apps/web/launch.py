@@ -1,4 +1,4 @@
-"""From what a person filled in to a run that is being worked on."""
+"""Create a run from a filled-in form, and start a process that works on it."""
 
 from __future__ import annotations
 
@@ -16,29 +16,29 @@ from aidsr.runs import Run
 
 @dataclass(frozen=True)
 class RunRequest:
-    """What is to be designed, and how."""
+    """Parameters of a new run: a task or an objective, and the settings."""
 
     config: RunConfig
     task: str = ""
     level: Literal["standard", "hard"] = "standard"
     objective: str = ""
     environment: str = ""
-    """MJCF, for an objective in words."""
+    """MJCF of the environment, for an objective in words."""
     goal: str = ""
-    """TOML that defines success in that environment; empty where there is none."""
+    """TOML of the goal that defines success in that environment; empty where there is none."""
     robot: str = ""
-    """MJCF of a robot to start from."""
+    """MJCF of the initial robot; empty for none."""
 
 
 DEMO = RunRequest(RunConfig(seed=1), task="reaching/button_pushing")
-"""Three robots that push a button, by the built-in rules: no API key, no cost."""
+"""Three robots that push a button, designed by the built-in rules: no API key, no cost."""
 
 
 def launch(site: Site, request: RunRequest) -> Run:
-    """Make the folder of a run and start a process that works on it; may take seconds.
+    """Create the folder of a run and start a process that works on it; may take seconds.
 
     Raises:
-        UserError: Something asked for does not exist or does not fit together.
+        UserError: Something requested does not exist, or parts of the request do not fit together.
     """
     check_effects(request.config)
     with TemporaryDirectory() as folder:

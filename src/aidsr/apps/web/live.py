@@ -1,4 +1,4 @@
-"""Parts of a page that keep up with what happens, and actions that may raise a user error."""
+"""Parts of a page that follow changes, and button actions that may raise a user error."""
 
 from __future__ import annotations
 
@@ -22,16 +22,17 @@ def watch(
     every_s: float = 1.0,
     first: Callable[[], Facts] | None = None,
 ) -> Callable[[], Coroutine[Any, Any, None]]:
-    """Show what was read, and show it again whenever it changes.
+    """Call `read` periodically, and `show` with its result whenever that has changed.
 
     Args:
         read: Returns values that can be compared; runs in a thread, so that a slow disk does not block the server.
-        show: Is given them, or the error raised while reading.
+        show: Called with the values, or with the error raised while reading.
         every_s: Interval between reads [s].
-        first: Returns at once what the page begins with, for `every_s`, where `read` may take long; None for `read`.
+        first: Returns initial values at once, where `read` may be slow; they are shown until the first read, `every_s`
+            later. None to call `read`.
 
     Returns:
-        A function that refreshes at once, for after an action.
+        A function that refreshes at once, for use after an action.
     """
     known: list[Facts | AidsrError] = []
 
@@ -64,14 +65,14 @@ def live(
     every_s: float = 1.0,
     first: Callable[[], Facts] | None = None,
 ) -> Callable[[], Coroutine[Any, Any, None]]:
-    """Draw what was read, and redraw it whenever it changes; see `watch`.
+    """Draw the values that were read, and redraw them whenever they change; see `watch`.
 
-    Buttons belong into a part whose facts change seldom: a redrawn button loses the focus, and a click on it.
+    Put buttons in a part whose values seldom change: a redrawn button loses the focus, and a click in progress.
 
     Args:
         read: See `watch`.
-        draw: Makes elements of what was read; what a person opens or types must be remembered elsewhere. An error that
-            it raises is shown as a sentence, like one raised while reading.
+        draw: Creates elements from the values. A redraw discards typed text and opened elements unless they are stored
+            elsewhere. An error that it raises is shown as a sentence, like one raised while reading.
         every_s: See `watch`.
         first: See `watch`.
     """
@@ -93,12 +94,12 @@ def live(
 
 
 class Rows(Generic[Facts]):
-    """Rows of the element in which it is made: only those that changed are redrawn.
+    """Rows of the element that is open when this object is created; only rows that changed are redrawn.
 
     Args:
-        draw: Fills a row.
-        tag: HTML element of a row.
-        classes: Its classes.
+        draw: Fills a row from its values.
+        tag: HTML tag of a row.
+        classes: CSS classes of a row.
     """
 
     def __init__(self, draw: Callable[[Facts], None], tag: str = "tr", classes: str = "") -> None:
@@ -107,7 +108,7 @@ class Rows(Generic[Facts]):
         self._shown: dict[str, tuple[ui.element, Facts]] = {}
 
     def update(self, rows: Iterable[tuple[str, Facts]]) -> None:
-        """Show these rows, each a key and its facts, in this order."""
+        """Show these rows, each a key and its values, in this order."""
         wanted = dict(rows)
         for key in [key for key in self._shown if key not in wanted]:
             self._shown.pop(key)[0].delete()
@@ -132,7 +133,7 @@ class Rows(Generic[Facts]):
 
 
 def as_action(do: Callable[[], object]) -> Callable[[], None]:
-    """Return the action of a button: an error is shown as a sentence, and the page is redrawn at once."""
+    """Return a button's action that calls `do`, shows its error as a sentence, and refreshes the page at once."""
 
     def act() -> None:
         try:
@@ -148,7 +149,10 @@ def as_action(do: Callable[[], object]) -> Callable[[], None]:
 
 
 def working(element: ui.button, do: Callable[[], Facts], then: Callable[[Facts], None]) -> None:
-    """Do something that takes seconds in a thread; until it is done the button shows so, and ignores further clicks."""
+    """Call `do`, which takes seconds, in a thread, then `then` with its result.
+
+    Until `do` has ended, the button shows that it is loading and ignores clicks. An error is shown beside the button.
+    """
     if element.props.get("loading"):
         return
     element.props["loading"] = True
@@ -173,7 +177,7 @@ def working(element: ui.button, do: Callable[[], Facts], then: Callable[[Facts],
 
 
 def show_error(error: AidsrError) -> None:
-    """Show a sentence beside what was clicked, in place of the one before, until it is closed."""
+    """Show an error beside the clicked element until it is closed; it replaces the previous one."""
     clear_error()
     with ui.element("div").classes("notice bad trouble").props('role="alert"') as shown:
         ui.label(str(error))
@@ -182,7 +186,7 @@ def show_error(error: AidsrError) -> None:
 
 
 def clear_error() -> None:
-    """Take away the sentence beside what was clicked."""
+    """Remove the error beside the clicked element."""
     for child in list(ui.context.slot.children):
         if "trouble" in child.classes:
             child.delete()

@@ -1,4 +1,4 @@
-"""Prompts of a run whose model is a person: copied from here, answered here."""
+"""Prompts of a run whose model is a person, to be copied and answered on the page of the run."""
 
 from __future__ import annotations
 
@@ -17,24 +17,25 @@ from aidsr.runs import Run
 from aidsr.teams.providers.manual import PendingPrompt, pending_prompts, prompts_directory
 
 _MOST_CHARACTERS = 1_000_000
-"""Of a reply. Our choice: several times the longest a language model gives."""
+"""Maximum length of a reply. Our choice: several times the longest reply of a language model."""
 
 
 @dataclass(frozen=True)
 class _Prompt:
-    """A question as the web app shows it."""
+    """A prompt as the web app shows it."""
 
     waiting: PendingPrompt
     asked: str
+    """Text of the prompt."""
     refused: str
-    """What it says about the reply before; empty for a first prompt."""
+    """Why the previous reply could not be used; empty for a first prompt."""
 
 
 def prompts_of(site: Site, run: Run) -> Path | None:
-    """Return the directory through which a person answers for a run; None for other models.
+    """Return the directory of prompts and replies of a run that a person answers; None for other models.
 
     Raises:
-        UserError: It lies outside the folder of runs, where the web app writes nothing.
+        UserError: The directory is outside the folder of runs, where the web app writes nothing.
     """
     directory = prompts_directory(run.asked().config.model)
     if directory is None:
@@ -48,10 +49,10 @@ def prompts_of(site: Site, run: Run) -> Path | None:
 
 
 def answer(waiting: PendingPrompt, reply: str) -> None:
-    """Save a reply in one step, so that no process reads half of it.
+    """Save a reply atomically, so that no process reads half of it.
 
     Raises:
-        UserError: It is empty, far too long, or there is one already.
+        UserError: The reply is empty or too long, or the prompt already has a reply.
     """
     if not reply.strip() or len(reply) > _MOST_CHARACTERS:
         raise UserError(
@@ -68,7 +69,7 @@ def answer(waiting: PendingPrompt, reply: str) -> None:
 
 
 def manual_panel(site: Site, run: Run) -> None:
-    """Show the prompts that wait, each with a copy button and a box for the reply."""
+    """Show the waiting prompts, each with a copy button and a field for the reply."""
     if prompts_directory(run.asked().config.model):
         live(lambda: _read(site, run), lambda prompts: _draw(run, prompts))
 

@@ -1,4 +1,4 @@
-"""The MJCF of an iteration, with its faults marked, or as the difference from the iteration before."""
+"""The MJCF of an iteration, with its faults marked, or as the difference from the previous version."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ class _Text:
 
     title: str
     path: str
-    """Relative to the run."""
+    """Path of its file, relative to the run."""
     now: str
     before: str
-    """The same at the iteration before; empty where there was none."""
+    """Text of the same document at the newest earlier iteration that has it; empty where there is none."""
     faults: tuple[Fault, ...]
 
 
 def mjcf_panel(run: Run, design: DesignFolder, number: int) -> None:
-    """Show robot, scene, and the robot as it was written before repairs."""
+    """Show the robot, the scene, and the robot as it was before repairs."""
     documents = _documents(run, design, number)
     if not documents:
         text("There is no MJCF yet.", "soft")
@@ -64,7 +64,7 @@ def _draw(run: Run, document: _Text, *, changes: bool) -> None:
         if not html:
             text("No changes since the previous iteration.", "soft")
             return
-        # our own markup around pieces that were escaped one by one
+        # safe without sanitizing: all text of the document is escaped
         shown = ui.html(html, sanitize=False).classes("code full")
         shown.props.update({"tabindex": "0", "role": "region", "aria-label": document.title})
 

@@ -1,4 +1,4 @@
-"""MJCF as HTML: highlighted, with line numbers, marks and differences. Everything that was in the text is escaped."""
+"""MJCF as HTML: highlighted, with line numbers, marks and differences. All text of the document is escaped."""
 
 from __future__ import annotations
 
@@ -13,19 +13,20 @@ _TOKEN = re.compile(
     r"|(?P<value>\"[^\"]*\"|'[^']*')",
     re.DOTALL,
 )
-"""Takes a time proportional to the text, whatever a model wrote: no character is looked at from many starts."""
+"""Tokens to highlight. Matching takes time proportional to the length of the text, whatever a model wrote: no character
+is scanned from many start positions."""
 _CLASSES = {"comment": "c", "tag": "t", "name": "a", "value": "v"}
 _MOST_LINES = 6000
-"""Lines that are shown. Our choice: several times what a robot of many segments takes."""
+"""Maximum number of lines shown. Our choice: several times what a robot with many segments takes."""
 _CONTEXT_LINES = 3
 
 
 def highlighted(mjcf: str, marks: Mapping[int, str] | None = None) -> str:
-    """Return a text with line numbers.
+    """Return a text as HTML with line numbers.
 
     Args:
-        mjcf: The text.
-        marks: Notes on lines, by number from 1.
+        mjcf: MJCF text.
+        marks: Notes on lines, by line number from 1.
     """
     marks = marks or {}
     rows = [_row(line, str(number), "mark", marks.get(number, "")) for number, line in _lines(mjcf)]
@@ -33,10 +34,10 @@ def highlighted(mjcf: str, marks: Mapping[int, str] | None = None) -> str:
 
 
 def difference(before: str, after: str) -> str:
-    """Return what differs between two texts, with a few lines around it; empty where nothing does."""
+    """Return the differences between two texts as HTML, with a few lines of context; empty where there are none."""
     rows = []
     changed = difflib.unified_diff(before.splitlines(), after.splitlines(), n=_CONTEXT_LINES, lineterm="")
-    for line in itertools.islice(changed, 2, None):  # what comes first are names of files
+    for line in itertools.islice(changed, 2, None):  # the first two lines are file names
         if line.startswith("@@"):
             rows.append(f'<div class="hunk">{escape(line)}</div>')
         else:

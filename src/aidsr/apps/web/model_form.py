@@ -1,4 +1,4 @@
-"""Who designs: the built-in rules, a language model, or a person who carries prompts to a model of their own."""
+"""Choice of the designer: built-in rules, a language model, or a person who copies prompts to a model of their own."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from aidsr.teams.providers.offline import RULES
 from aidsr.teams.providers.openai import OPENAI
 
 _STEPS = {"cost_usd": 0.1, "cost_per_design_usd": 0.1}
-"""Steps of the limits in dollars; those of tokens are 1,000."""
+"""Steps of the number fields for limits in US dollars; those for limits in tokens have steps of 1,000."""
 
 _KINDS = {
     "builtin": (RULES.title, RULES.doc),
@@ -36,10 +36,10 @@ _KINDS = {
 
 
 def model_name(site: Site, form: dict[str, Any]) -> str:
-    """Return the name that a run is given.
+    """Return the name of the model that the form selects.
 
     Raises:
-        UserError: A language model is wanted and none is named.
+        UserError: A language model is selected but not named.
     """
     if form["kind"] == "builtin":
         return BUILTIN
@@ -52,7 +52,7 @@ def model_name(site: Site, form: dict[str, Any]) -> str:
 
 
 def choose_model(site: Site, form: dict[str, Any]) -> None:
-    """Show the choice, which keys are set (never the keys), and what such runs cost before."""
+    """Show the choice of the designer, which API keys are set (never the keys), and the estimated cost of the run."""
 
     @ui.refreshable
     def shown() -> None:
@@ -109,7 +109,7 @@ def _language_model(site: Site, form: dict[str, Any]) -> None:
 
 
 def limit_fields(form: dict[str, Any]) -> None:
-    """Show a number field for each limit of a budget; what is left empty has no limit."""
+    """Show a number field for each limit of a budget; an empty field means no limit."""
     with box("form"):
         for name, limit in Budget.model_fields.items():
             step = _STEPS.get(name, 1000)
@@ -118,7 +118,7 @@ def limit_fields(form: dict[str, Any]) -> None:
 
 
 def budget_from(form: dict[str, Any]) -> Budget:
-    """Return the limits in a form; what is left empty has none.
+    """Return the limits in a form; an empty field means no limit.
 
     Raises:
         UserError: A limit is not above zero.
@@ -128,7 +128,7 @@ def budget_from(form: dict[str, Any]) -> Budget:
 
 
 def estimated_cost(site: Site, model: str, concepts: int) -> str:
-    """Say what a run will about cost, and on what that rests; empty while no model is named that is understood."""
+    """Return the estimated cost of a run and its basis, in words; empty while the name of the model is not valid."""
     if is_offline(model):
         return "No language model: no calls, no cost."
     try:

@@ -16,7 +16,7 @@ from aidsr.apps.web.work_page import add_work_page
 
 
 def add_pages(site: Site) -> None:
-    """Make every page answer at its address."""
+    """Add every page at its address."""
     run_pages = (add_run_page, add_design_page, add_export_page)
     studies = (add_study_form, add_study_page)
     for add in (add_home, add_setup, *run_pages, add_work_page, add_designs_page, add_compare_page, *studies):

@@ -1,4 +1,4 @@
-"""Probe a design, and watch the motions that were found: how far it gets on its task without learning."""
+"""Probe a design (how far it gets on its task without learning), and replay the motions that were found."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ class _State:
     approved: bool
     alive: bool
     written: int
-    """When the report was written [ns], 0 while there is none."""
+    """Time at which the report was written [ns]; 0 while there is none."""
     output_tail: str
-    """Of a probe that ended without a report."""
+    """Last output of a probe that ended without a report; empty otherwise."""
 
 
 def probe_panel(site: Site, run: Run, design: DesignFolder, stage: Stage) -> None:
-    """Show the probe of an approved design, and what starts one.
+    """Show the probe result of an approved design, and a button that starts a probe.
 
     Args:
         site: The site.
         run: The run of the design.
         design: The design.
-        stage: Where its motions are played.
+        stage: View that plays its motions.
     """
     with box("stack wide"):
         live(partial(_state, site, run, design), partial(_draw, site, run, design))

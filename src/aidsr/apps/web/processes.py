@@ -1,8 +1,8 @@
-"""Runs and trainings as processes of their own: they outlive the web app; one started later finds them again.
+"""Runs and trainings as separate processes: they outlive the web app, and a web app started later finds them again.
 
-Each has a log file, which is its standard output. The web app locks that file before it hands it over, and the system
-keeps the lock until the process and its children are gone. So any process can check at any time whether one still runs,
-and no process number is ever mistaken for that of another program.
+Each process writes its standard output to a log file. The web app locks that file before the process inherits it, and
+the system keeps the lock until the process and its children have ended. So any process can check at any time whether
+another still runs, and a process id is never mistaken for that of another program.
 """
 
 from __future__ import annotations
@@ -21,23 +21,24 @@ from aidsr.core.errors import UserError
 from aidsr.runs.events import at_work
 
 _LAST_WORDS = 4000
-"""Characters of a log that are shown. Our choice: a traceback fits."""
+"""Number of characters shown of a log. Our choice: a traceback fits."""
 
 _NICENESS = 10
-"""Of a process, so that pages stay quick while it uses all processors. Our choice; the least is 19."""
+"""Niceness of a process, so that pages stay responsive while it uses all processors. Our choice; 19 is the lowest
+priority."""
 
 
 @dataclass(frozen=True)
 class Processes:
-    """The processes that a page started, by name."""
+    """The processes that the web app started, by name."""
 
     folder: Path
 
     def start(self, name: str, command: Sequence[str]) -> None:
-        """Start `aidsr COMMAND` on its own.
+        """Start `aidsr COMMAND` as a separate process.
 
         Raises:
-            UserError: One of that name is at work.
+            UserError: A process of that name is still running.
         """
         if self.is_alive(name):
             raise UserError(f"{name} is already running; wait for it, or stop it first")
@@ -61,14 +62,14 @@ class Processes:
         self._note(name).write_text(json.dumps(note), encoding="utf-8")
 
     def is_alive(self, name: str) -> bool:
-        """Whether the process of that name is still at work."""
+        """Whether the process of that name is still running."""
         found = at_work(self._log(name))
         return self._note(name).exists() and _exists(self.pid(name)) if found is None else found
 
     def stop(self, name: str) -> bool:
-        """Ask a process to end as Control-C does; return whether there was one.
+        """Ask a process to end, as Control-C does, and return whether one was running.
 
-        What it has done is kept; starting it again resumes from there.
+        Finished work is kept; starting the process again resumes from there.
         """
         if not self.is_alive(name) or not self._note(name).exists():
             return False
@@ -79,7 +80,7 @@ class Processes:
         return True
 
     def started_s(self, name: str) -> float:
-        """Return when the process of that name was last started [s since 1970], 0 when it never was."""
+        """Return when the process of that name was last started [s since 1970]; 0 if it never was."""
         try:
             return self._note(name).stat().st_mtime
         except FileNotFoundError:
@@ -94,14 +95,14 @@ class Processes:
         return output[-_LAST_WORDS:].strip()
 
     def command(self, name: str) -> tuple[str, ...]:
-        """Return the command with which the process of that name was last started; empty when it never was."""
+        """Return the command with which the process of that name was last started; empty if it never was."""
         try:
             return tuple(json.loads(self._note(name).read_text(encoding="utf-8")).get("command", ()))
         except FileNotFoundError:
             return ()
 
     def pid(self, name: str) -> int:
-        """Return the number that the process of that name last had; it may have ended."""
+        """Return the process id of the last process of that name, which may have ended."""
         return int(json.loads(self._note(name).read_text(encoding="utf-8"))["pid"])
 
     def _log(self, name: str) -> Path:
@@ -115,7 +116,7 @@ def _lock(file: int) -> None:
     """Take a lock that the child inherits with the open file."""
     try:
         import fcntl
-    except ImportError:  # Windows: there, the process number has to do
+    except ImportError:  # Windows: `is_alive` checks the process id instead
         return
     fcntl.flock(file, fcntl.LOCK_EX)
 

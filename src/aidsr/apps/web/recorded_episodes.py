@@ -1,4 +1,4 @@
-"""Recorded episodes of trained policies and of probes, and the view they are played in."""
+"""Recorded episodes of trained policies and of probes, and the view that plays them."""
 
 from __future__ import annotations
 
@@ -32,22 +32,22 @@ class Motion:
 
 @dataclass
 class Stage:
-    """The view of a page that plays episodes; there may be none yet, and it may be redrawn."""
+    """The page's view that plays episodes; `view` is None until it is drawn, and replaced when it is redrawn."""
 
     view: SceneView | None = None
 
     def replay(self, name: str) -> None:
-        """Play an episode.
+        """Play an episode that the view holds.
 
         Raises:
-            UserError: The view does not hold it yet.
+            UserError: The view does not hold an episode of that name yet.
         """
         if self.view is None or name not in self.view.episodes:
             raise UserError(f"“{name}” is not loaded in the 3-D view yet; wait a second, or reload the page")
         self.view.replay(name)
 
     def play(self, episode: Episode) -> None:
-        """Play an episode that the view need not hold yet.
+        """Play an episode; it is added to the view first.
 
         Raises:
             UserError: There is no view.
@@ -60,11 +60,12 @@ class Stage:
 def record(site: Site, training: Training, variation: int) -> Episode:
     """Return one held-out episode with cables, contacts and progress over time; may take seconds.
 
-    It is played again by the policy and kept beside the runs, since an evaluation keeps positions of two episodes only.
+    The policy plays it again, because an evaluation stores the positions of two episodes only. The recording is kept in
+    the web app's own folder.
 
     Raises:
         UserError: The training has no policy, or its files do not fit together.
-        IsolationError: It takes too long.
+        IsolationError: Recording takes too long.
     """
     from aidsr.learn.rl.recording import record_episode
 
@@ -75,7 +76,7 @@ def record(site: Site, training: Training, variation: int) -> Episode:
 
 
 def kept_recording(site: Site, training: Training, variation: int) -> Path:
-    """Return where the recording of an episode is kept, another place for each policy.
+    """Return the path at which the recording of an episode is kept; it differs for each policy.
 
     Raises:
         UserError: The training has no policy.
@@ -87,17 +88,17 @@ def kept_recording(site: Site, training: Training, variation: int) -> Path:
 
 
 def record_probed(site: Site, run: Run, design: DesignFolder, index: int) -> Episode:
-    """Return the best motion of a probe for one of its variations, over time as `record`; may take seconds.
+    """Return the best motion of a probe for one of its variations, recorded as by `record`; may take seconds.
 
     Args:
         site: The site.
         run: The run of the design.
         design: The design that was probed.
-        index: Of the variation in the report.
+        index: Index of the variation in the report.
 
     Raises:
-        UserError: The report is of another robot, or cannot be read.
-        IsolationError: It takes too long.
+        UserError: The report belongs to another robot, or cannot be read.
+        IsolationError: Recording takes too long.
     """
     from aidsr.api import find_scene
     from aidsr.learn.episodes.scene import read_mjcf_text
@@ -118,13 +119,13 @@ def record_probed(site: Site, run: Run, design: DesignFolder, index: int) -> Epi
 
 
 def _kept(site: Site, made_by: Path, index: int) -> Path:
-    """Return where an episode is kept that a file makes, another place for each state of that file."""
+    """Return the path of an episode recorded from the file `made_by`; it differs for each state of that file."""
     taken = f"{made_by.resolve()} {made_by.stat().st_mtime_ns} {index}"
     return site.own / "episodes" / f"{hashlib.sha256(taken.encode()).hexdigest()[:24]}.npz"
 
 
 def variation_of(motion: Path) -> int | None:
-    """Return which held-out variation a recorded motion is of, None where it does not say."""
+    """Return the held-out variation of a recorded motion; None where the file does not contain it."""
     try:
         with np.load(motion, allow_pickle=False) as stored:
             return int(stored["variation"])
@@ -133,11 +134,11 @@ def variation_of(motion: Path) -> int | None:
 
 
 def replay_name(training: int, path: Path) -> str:
-    """Return what a recorded episode is called where a person chooses among those of all trainings."""
+    """Return the name of a recorded episode in the list of episodes of all trainings."""
     return f"{path.stem} of training {training}"
 
 
 def list_motions(design: DesignFolder) -> tuple[Motion, ...]:
-    """Return what can be replayed of a design's judged policies, the newest training first."""
+    """Return the recorded motions of a design's evaluated policies, the newest training first."""
     judged = [one for one in reversed(trainings_of(design)) if one.evaluation.path.exists()]
     return tuple(Motion(replay_name(one.number, motion.path), motion.path) for one in judged for motion in one.motions)

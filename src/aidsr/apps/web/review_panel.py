@@ -1,4 +1,4 @@
-"""A person's decision on a design: approve, refine with words about a body or the whole, or quit."""
+"""A person's decision on a design: approve it, request a change of a part or of the whole, or quit it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from aidsr.runs.files import WrittenTwiceError
 
 
 class Draft:
-    """What a person has typed about an iteration and not sent yet; kept over reloads and restarts."""
+    """Text about an iteration that a person has typed and not sent yet; kept over reloads and restarts."""
 
     def __init__(self, run: Run, iteration: IterationFolder) -> None:
         drafts: dict[str, Any] = app.storage.user.setdefault("drafts", {})
@@ -24,15 +24,15 @@ class Draft:
         self.kept: dict[str, Any] = drafts.setdefault(key, {"text": "", "about": ""})
 
     def pin(self, name: str) -> None:
-        """Take note of the body or tendon that the words are about."""
+        """Store the name of the body or tendon that the text is about."""
         self.kept["about"] = name
 
 
 def refinement(words: str, about: str) -> Decision:
-    """Return the decision that asks for a change.
+    """Return the decision that requests a change.
 
     Raises:
-        UserError: There are no words.
+        UserError: The text is empty.
     """
     if not words.strip():
         raise UserError("a refinement needs text: describe what should change")
@@ -41,10 +41,10 @@ def refinement(words: str, about: str) -> Decision:
 
 
 def decide(site: Site, run: Run, iteration: IterationFolder, decision: Decision) -> None:
-    """Write a decision, and resume the run if no process is there to read it.
+    """Write a decision, and resume the run if no process works on it.
 
     Raises:
-        UserError: Another decision was written meanwhile, or one that cannot be read.
+        UserError: Another decision was written in the meantime, or one that cannot be read.
     """
     try:
         iteration.decision.write(decision)
@@ -58,7 +58,7 @@ def decide(site: Site, run: Run, iteration: IterationFolder, decision: Decision)
 
 
 def review_panel(site: Site, run: Run, design: DesignFolder, number: int, names: list[str]) -> None:
-    """Ask for the decision on an iteration that waits for one."""
+    """Show the form for the decision on an iteration that waits for one; `names` are the parts to refer to."""
     iteration = design.iteration(number)
     draft = Draft(run, iteration)
 
@@ -112,7 +112,10 @@ def review_panel(site: Site, run: Run, design: DesignFolder, number: int, names:
 
 
 def part_names(mjcf: str) -> list[str]:
-    """Return the bodies and tendons of a robot, or of a scene without its environment, by safe loading."""
+    """Return the names of bodies and tendons of a robot, or of a scene's robot, with the safe parser.
+
+    Empty where the MJCF cannot be read.
+    """
     from aidsr.mjcf.read import read_mjcf
 
     try:

@@ -1,4 +1,4 @@
-"""Files over HTTP: pictures and films of runs, documents to download, archives, sheets, reports, pictures of tasks."""
+"""Files over HTTP: pictures and videos of runs, downloads, archives, assembly sheets, reports, pictures of tasks."""
 
 from __future__ import annotations
 
@@ -19,19 +19,20 @@ from aidsr.fabrication.schema import MARK
 
 _SHOWN = {".png": "image/png", ".mp4": "video/mp4"}
 _DOWNLOADED = frozenset({".xml", ".json", ".jsonl", ".csv", ".html", ".zip", ".stl", ".3mf"})
-"""Never rendered in the browser: an HTML or XML file of a run could carry a script."""
+"""File types that are downloaded and never rendered in the browser: an HTML or XML file of a run could carry a
+script."""
 _ALONE = {
     "content-security-policy": "sandbox; default-src 'none'; img-src data:; style-src 'unsafe-inline'",
     "cache-control": "no-cache",
 }
-"""For a whole page out of a folder: it is drawn, and can neither run a script nor reach anything."""
+"""Headers for a whole HTML page from a folder: it is displayed, but can neither run scripts nor send requests."""
 _PICTURE_PX = (480, 320)
 _THUMBNAIL_PX = (184, 138)
-"""Twice what a list shows, for dense screens."""
+"""Twice the size shown in a list, for high-resolution screens."""
 
 
 def routes(site: Site) -> APIRouter:
-    """Return what answers to addresses of files."""
+    """Return the routes that serve files."""
     router = APIRouter()
     _to_look_at(router, site)
     _to_keep(router, site)
@@ -39,14 +40,14 @@ def routes(site: Site) -> APIRouter:
 
 
 def _to_look_at(router: APIRouter, site: Site) -> None:
-    """Add what a browser shows."""
+    """Add the routes of files that a browser displays."""
     drawing = threading.Lock()
 
     @router.get("/files/{name}/{path:path}")
     def file(name: str, path: str) -> FileResponse:
         found = _inside(site, name, path)
         if found.suffix in _SHOWN:
-            # a picture of a run never changes; films of a training may be replaced
+            # a picture of a run never changes; videos of a training may be replaced
             kept = "private, max-age=3600" if found.suffix == ".png" else "no-cache"
             return FileResponse(found, media_type=_SHOWN[found.suffix], headers={"cache-control": kept})
         if found.suffix in _DOWNLOADED:
@@ -84,7 +85,7 @@ def _to_look_at(router: APIRouter, site: Site) -> None:
 
 
 def _to_keep(router: APIRouter, site: Site) -> None:
-    """Add what is downloaded as an archive."""
+    """Add the routes of archives to download."""
 
     @router.get("/download/{name}/{number}")
     def design(name: str, number: int) -> Response:
@@ -104,7 +105,7 @@ def _to_keep(router: APIRouter, site: Site) -> None:
 
 @lru_cache(maxsize=1000)
 def _thumbnail(path: str, _changed_ns: int) -> bytes:
-    """Return a picture, small."""
+    """Return a small copy of a PNG file as WebP; `_changed_ns` is only a part of the cache key."""
     from PIL import Image, UnidentifiedImageError
 
     buffer = io.BytesIO()
@@ -118,10 +119,10 @@ def _thumbnail(path: str, _changed_ns: int) -> bytes:
 
 
 def _picture_of(site: Site, task: str, drawing: threading.Lock) -> Path:
-    """Return the picture of a task's environment, drawn when it is first asked for.
+    """Return the picture of a task's environment, rendered on the first request.
 
     Raises:
-        AidsrError: There is no such task, or it cannot be drawn.
+        AidsrError: There is no such task, or it cannot be rendered.
     """
     from aidsr.render.pictures import picture
     from aidsr.render.view import View
@@ -130,7 +131,7 @@ def _picture_of(site: Site, task: str, drawing: threading.Lock) -> Path:
     environment = load_task(task).environment
     digest = hashlib.sha256(environment.encode()).hexdigest()[:16]
     place = site.own / "pictures" / f"{digest}_authored.png"
-    with drawing:  # fourteen cards ask at once
+    with drawing:  # the page of a new run requests fourteen pictures at once
         if not place.exists():
             place.parent.mkdir(parents=True, exist_ok=True)
             drawn = picture(environment, width=_PICTURE_PX[0], height=_PICTURE_PX[1], view=View(authored=True))
@@ -140,7 +141,7 @@ def _picture_of(site: Site, task: str, drawing: threading.Lock) -> Path:
 
 
 def _inside(site: Site, name: str, path: str) -> Path:
-    """Return a file of a run; 404 for whatever is none or lies elsewhere, links followed."""
+    """Return a file of a run, links followed; respond 404 if it is no file or lies outside the run."""
     try:
         run = site.run(name)
     except UserError as error:
@@ -158,7 +159,7 @@ def _hidden(path: Path) -> bool:
 
 
 def _archive(folder: Path, name: str) -> Response:
-    """Return a folder as a ZIP file; what is hidden, and what lies outside it, by a link, is left out."""
+    """Return a folder as a ZIP file, without hidden files and without links to files outside the folder."""
     home, buffer = folder.resolve(), io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, strict_timestamps=False) as archive:
         for path in sorted(folder.rglob("*")):

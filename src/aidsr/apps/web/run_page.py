@@ -1,4 +1,4 @@
-"""Watch a run: one column for each concept, what waits for a person, the log, designs side by side."""
+"""The page of a run: a column for each concept, what waits for a person, the log, and the designs side by side."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _DOES = {"training": "is being trained", "export": "is being exported as parts",
 
 
 def add_run_page(site: Site) -> None:
-    """Answer at /run/NAME."""
+    """Add the page at /run/NAME."""
 
     @ui.page("/run/{name}")
     def run_page(name: str) -> None:
@@ -60,7 +60,7 @@ def add_run_page(site: Site) -> None:
                 live(lambda: site.view(run), _facts)
             live(lambda: _of_note(site, run), partial(_notes, site, run))
             manual_panel(site, run)
-            # what waits for a person is not opened on the tab that was read last
+            # a run that waits for a person opens on its designs, not on the tab opened last
             opened = "watch" if view.awaited else app.storage.user.get("run_tab", "watch")
             with ui.tabs().props("dense align=left no-caps") as tabs:
                 for key, title in _TABS.items():
@@ -72,12 +72,12 @@ def add_run_page(site: Site) -> None:
                     comparison_table(site, run)
                 with ui.tab_panel("log"):
                     conversation(run)
-            # from here on, so that only what a person opens is kept
+            # connected only now, so that only a tab that a person opens is stored
             tabs.on_value_change(lambda event: app.storage.user.update(run_tab=event.value))
 
 
 def not_found(error: AidsrError) -> None:
-    """Show that an address leads nowhere, and a way on."""
+    """Show that an address does not exist, and a link to all runs."""
     with frame("Page not found", ("Runs", "/"), narrow=True), box("sheet empty"):
         text("Page not found", tag="h1")
         text(str(error), "soft", "p")
@@ -129,17 +129,17 @@ def _actions(site: Site, run: Run, state: tuple[Shown, bool]) -> None:
 
 @dataclass(frozen=True)
 class _Noted:
-    """What a person must not overlook; a part of its own, so that its buttons stay while a run goes on."""
+    """Notices for a person; a separate part of the page, so that its buttons are not redrawn while a run progresses."""
 
     stopped: str
     interrupted: bool
     used_up: bool
     at_work: tuple[tuple[Job, str], ...]
-    """With the names of their designs."""
+    """Running jobs, with the names of their designs."""
     waiting: tuple[tuple[int, str], ...]
-    """Numbers and names of designs."""
+    """Numbers and names of designs that wait for a decision."""
     output_tail: str
-    """Of its process, where it stopped without an event."""
+    """Last output of the run's process, where it ended without recording why."""
 
 
 def _of_note(site: Site, run: Run) -> _Noted:
@@ -177,12 +177,12 @@ def _notes(site: Site, run: Run, noted: _Noted) -> None:
 
 
 def job_address(run: str, job: Job) -> str:
-    """Return the address of the page on which a job is watched."""
+    """Return the address of the page that shows a job."""
     return f"/run/{run}/{job.number}" + ("/export" if job.kind == "export" else f"?tab={job.kind}")
 
 
 def _larger_budget(site: Site, run: Run) -> None:
-    """Offer to resume a run that used up its budget with a larger one."""
+    """Offer to resume a run that used up its budget with a larger budget."""
     form: dict[str, Any] = dict(run.budget())
 
     def resume() -> None:
@@ -275,7 +275,7 @@ def _doing(shown: Shown, design: DesignView) -> None:
 
 
 def concept_in_words(concept: Concept | None) -> None:
-    """Show what the Designer thought."""
+    """Show the Designer's concept in words."""
     if concept is None:
         text("There is no concept yet.", "soft")
         return

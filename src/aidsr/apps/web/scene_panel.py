@@ -1,4 +1,4 @@
-"""The one place where a design is seen: in three dimensions, its tendons to be pulled; before that, nothing yet."""
+"""The 3-D view of a design, in which its tendons can be pulled; a picture while there is no MJCF."""
 
 from __future__ import annotations
 
@@ -28,20 +28,21 @@ def show_scene(
     before: str = "",
     target: Wanted = "",
 ) -> SceneView | None:
-    """Show a robot or a scene, and return the view, None where there is nothing to see yet.
+    """Show a robot or a scene, and return the view; None where there is no MJCF yet.
 
     Args:
-        mjcf: Its text; empty while there is none.
-        title: What it is.
-        picture: Address of a picture of it, for browsers without WebGL too; empty where there is none.
-        faults: What to light up.
+        mjcf: MJCF text; empty while there is none.
+        title: Title of the view.
+        picture: Address of a picture, shown while there is no MJCF and by browsers without WebGL; empty where there is
+            none.
+        faults: Faults whose bodies and tendons are highlighted.
         groups: Actuators that act together.
-        environment: For a robot alone, the MJCF whose physics hold for it.
+        environment: MJCF of the environment whose physics options apply to a robot shown alone.
         episodes: Recorded motions to choose from.
-        on_pick: Called with the name of the body or tendon clicked; empty when the selection is cleared.
-        together: Whether its camera turns with those of the other views of the page.
-        before: MJCF of an earlier state of it, which can be shown as a ghost; empty for none.
-        target: TOML of the goal, or marks of the task, whose target is shown as a ghost; empty for none.
+        on_pick: Called with the name of the clicked body or tendon; empty when the selection is cleared.
+        together: Whether its camera rotates together with the cameras of the other views on the page.
+        before: MJCF of an earlier version, which can be shown as a ghost; empty for none.
+        target: TOML of the goal, or marks of the task, whose target can be shown as a ghost; empty for none.
     """
     if not mjcf:
         with box("sheet flush"):
@@ -68,7 +69,10 @@ def show_scene(
 
 
 def target_of(run: Run) -> Wanted:
-    """Return what a run's goal or its task of the benchmark wants; empty for a task that is not installed here."""
+    """Return the goal of a run as TOML, or the marks of its benchmark task; empty where there is none.
+
+    It is also empty for a task that is not installed on this machine.
+    """
     if goal := run.goal.read():
         return goal.decode()
     asked = run.asked()

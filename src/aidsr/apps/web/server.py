@@ -1,4 +1,4 @@
-"""The web app as a server: assembled, and run until interrupted."""
+"""The server of the web app."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ def serve(
 
     Args:
         runs: Folder of the runs.
-        studies: Folders of studies that do not lie in it.
+        studies: Folders of studies outside the folder of runs.
         host: Address to listen on.
         port: Port to listen on.
-        token: What a browser must show; demanded for every address but this machine's own.
-        browser: Open the web app in the person's browser.
+        token: Secret that a browser must present; required unless `host` is a loopback address.
+        browser: Whether to open the web app in the default browser.
 
     Raises:
         UserError: Another machine could reach the web app and there is no token, or the port is taken.
@@ -75,14 +75,14 @@ def serve(
 
 
 _SHORTEST_TOKEN = 16
-"""Characters. Our choice: out of reach of guessing over a network."""
+"""Minimum length of a token in characters. Our choice: too long to be guessed over a network."""
 
 
 def _listening(host: str, port: int) -> socket.socket:
-    """Return a socket that listens.
+    """Return a listening socket.
 
     Raises:
-        UserError: There is no such address here, or the port is taken.
+        UserError: This machine does not have the address, or the port is taken.
     """
     try:
         return socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
@@ -93,7 +93,7 @@ def _listening(host: str, port: int) -> socket.socket:
 
 
 def build(runs: Path, studies: Sequence[Path] = (), *, hosts: frozenset[str] = LOOPBACK, token: str = "") -> FastAPI:
-    """Return the application for a folder of runs and some studies, behind its guard."""
+    """Return the application for a folder of runs and some studies, protected by `Guard`."""
     site = Site.at(runs, studies)
     site.own.mkdir(parents=True, exist_ok=True)
     Storage.path = site.own / "people"
@@ -112,14 +112,14 @@ def build(runs: Path, studies: Sequence[Path] = (), *, hosts: frozenset[str] = L
         show_welcome_message=False,
         reconnect_timeout=20,
     )
-    app.config.quasar_config["loadingBar"] = {"skipHijack": True}  # it has no name for a screen reader
+    app.config.quasar_config["loadingBar"] = {"skipHijack": True}  # no accessible name for screen readers
     add_error_pages(application)
     application.add_middleware(Guard, hosts=hosts, token=token)
     return application
 
 
 def _secret(path: Path) -> str:
-    """Return the key that signs cookies; kept in a file, so that visitors stay signed in after a restart."""
+    """Return the key that signs cookies, kept in a file so that visitors stay signed in after a restart."""
     try:
         return path.read_text(encoding="ascii")
     except FileNotFoundError:

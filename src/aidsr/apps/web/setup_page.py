@@ -22,11 +22,12 @@ from aidsr.runs import Run
 from aidsr.tasks import load_task, task_names
 
 _NOT_HERE = ("model", "budget", "team", "tool_calls", "tool_minutes", "text_tools", "memory")
-"""Those with fields of their own; and the measuring team, its settings and a memory, which the page does not offer."""
+"""Settings of `RunConfig` that are left out below: the model and the budget have fields of their own; the measuring
+team, its settings and a memory are not offered."""
 SETTINGS = {name: field for name, field in run_settings().items() if name not in _NOT_HERE}
 """Fields of the form that come from `RunConfig`."""
 _AT_FIRST_SIGHT = ("concepts", "iterations", "human", "task_feedback")
-"""The others are behind "More"."""
+"""Settings shown at once; the others are under "More settings"."""
 
 FRESH: dict[str, Any] = {
     "source": "task",
@@ -45,19 +46,19 @@ FRESH: dict[str, Any] = {
     "human": True,
     **dict.fromkeys(Budget.model_fields),
 }
-"""Default values of the form; what a visitor filled in is kept for the next visit."""
+"""Default values of the form; a visitor's input is kept for the next visit."""
 Form = dict[str, Any]
 
 
 def add_setup(site: Site) -> None:
-    """Answer at /new."""
+    """Add the page at /new."""
 
     @ui.page("/new")
     def setup(task: str = "", template: str = "") -> None:
         form: Form = app.storage.user.setdefault("setup", {})
         for key, value in FRESH.items():
             form.setdefault(key, value)
-        if form["task"] not in task_names():  # of a package that was taken away since
+        if form["task"] not in task_names():  # its package was uninstalled since
             form.update(task=FRESH["task"], level=FRESH["level"])
         if task in task_names():
             form.update(source="task", task=task)
@@ -77,10 +78,10 @@ def add_setup(site: Site) -> None:
 
 
 def request_from(site: Site, form: Form) -> RunRequest:
-    """Return what a filled-in form asks for.
+    """Return the run that a filled-in form describes.
 
     Raises:
-        UserError: Something is missing or out of bounds.
+        UserError: An entry is missing or out of bounds.
     """
     budget = budget_from(form) if form["kind"] == "language" else Budget()
     config = checked_config(
@@ -98,7 +99,7 @@ def request_from(site: Site, form: Form) -> RunRequest:
 
 
 def _what(form: Form) -> ui.textarea:
-    """Ask what is to be done; return the field for it in words."""
+    """Ask for a task or an objective; return the field of the objective."""
     with box("stack"):
         text("Task", tag="h2")
         with ui.tabs().props("dense align=left no-caps") as kinds:
@@ -150,7 +151,7 @@ def _how_much(form: Form) -> None:
 
 
 def _settings(form: Form, names: Sequence[str]) -> None:
-    """Show a number or a switch for each setting, with its label and bounds."""
+    """Show a number field or a switch for each setting, with its label and bounds."""
     with box("form"):
         for name in names:
             if SETTINGS[name].annotation is int:
@@ -171,7 +172,7 @@ def _settings(form: Form, names: Sequence[str]) -> None:
 
 
 def _complaint(within: dict[str, Any], number: float | None) -> str | None:
-    """Return what is wrong with a number, None where nothing is."""
+    """Return what is wrong with a number; None where it is valid."""
     low, high = within["ge"], within.get("le")
     if number is None or number < low or (high is not None and number > high):
         return f"from {low} to {high}" if high is not None else f"at least {low}"
@@ -183,13 +184,13 @@ def _start(site: Site, form: Form, objective: ui.textarea) -> None:
         return launch(site, request_from(site, form))
 
     def opened(made: Run) -> None:
-        form.update(robot="", robot_name="")  # a robot is for one run
+        form.update(robot="", robot_name="")  # an initial robot is for one run only
         ui.navigate.to(f"/run/{made.name}")
 
     def begin() -> None:
         if form["source"] == "words" and not str(form["objective"] or "").strip():
             objective.error = "Describe what the robot should do."
-            objective.run_method("focus")  # which scrolls to it
+            objective.run_method("focus")  # this also scrolls to the field
             return
         working(go, request, opened)
 

@@ -1,4 +1,4 @@
-"""What all pages share: the runs, the processes at work on them, and the state of each run."""
+"""State that all pages share: the runs, the processes at work on them, and the status of each run."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from aidsr.apps.web.work import Work
 
 Shown = State | Literal["interrupted"]
-"""A run's state, and "interrupted" where the files say "running" and no process is."""
+"""State of a run as shown: "interrupted" where the files say "running" but no process works on the run."""
 Fingerprint = tuple[tuple[str, int, int], ...]
 
 
@@ -35,33 +35,33 @@ class DesignView:
     status: DesignStatus
     attempts: tuple[Attempt, ...]
     picture: str
-    """Newest picture, relative to the run; empty where there is none."""
+    """Path of the newest picture, relative to the run; empty where there is none."""
     motion: str
     trainings: tuple[Training, ...]
-    """Its policies, those that still learn among them."""
+    """All trainings of the design, including those still learning."""
     trained: int
-    """How many policies were judged."""
+    """Number of evaluated policies."""
     valid: bool
-    """Its best policy, see `aidsr.runs.trainings.best_verdict`."""
+    """Whether its best policy is valid, see `aidsr.runs.trainings.best_verdict`."""
     successful: bool
-    """The same policy."""
+    """Whether the same policy is successful."""
     held_out: tuple[int, int] | None
-    """Held-out episodes that this policy won, and of how many; None where none was judged."""
+    """Number of successful held-out episodes of that policy, and of all; None where no policy was evaluated."""
     warnings: int
-    """Of the validator, at the iteration it stands at."""
+    """Number of warnings of the validator at the iteration `status.stands_at`."""
     since: str
-    """When something last happened to it, ISO 8601; empty before the first event."""
+    """Time of the design's last event, ISO 8601; empty before the first event."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """A process at work on a design: started by the web app, or a training that a study or a terminal does."""
+    """A process at work on a design: started by the web app, or a training started by a study or in a terminal."""
 
     number: int
-    """Of the design."""
+    """Number of the design."""
     kind: Literal["training", "export", "probe"]
     process: str
-    """Its name among the processes; empty where it was started elsewhere."""
+    """Name of the process in `Processes`; empty where it was started elsewhere."""
 
 
 @dataclass(frozen=True)
@@ -73,29 +73,29 @@ class RunView:
     designs: tuple[DesignView, ...]
     shown: Shown
     since: str
-    """When something last happened to the run itself, ISO 8601; empty before the first event."""
+    """Time of the last event of the run itself, ISO 8601; empty before the first event."""
     jobs: tuple[Job, ...] = ()
-    """Trainings, exports and probes at work."""
+    """Running trainings, exports and probes."""
     prompts: int = 0
-    """How many questions wait for a person's reply."""
+    """Number of prompts that wait for a person's reply."""
 
     @property
     def title(self) -> str:
-        """The task's name, or what is to be done in a few words."""
+        """The task's name, or the objective in a few words."""
         record = self.status.record
         named = record.task.rpartition("/")[2].replace("_", " ")
         return named or shortened(record.objective)
 
     @property
     def awaited(self) -> int:
-        """How many decisions and replies wait for a person."""
+        """Number of decisions and replies that wait for a person."""
         return self.prompts + sum(design.status.state == "waiting" for design in self.designs)
 
     def design(self, number: int) -> DesignView:
         """Return one design by its number.
 
         Raises:
-            UserError: There is none of that number.
+            UserError: There is no design of that number.
         """
         return self.designs[self.status.designs.index(self.status.design(number))]
 
@@ -108,42 +108,42 @@ class Site:
     processes: Processes
     studies: Studies
     _read: dict[str, tuple[Fingerprint, RunStatus, tuple[DesignView, ...]]] = field(default_factory=dict)
-    """By name, what was read when the files last had this fingerprint."""
+    """What was last read of each run, by the run's name, with the fingerprint of the run's files at that time."""
 
     @classmethod
     def at(cls, runs: Path, studies: Sequence[Path] = ()) -> Site:
-        """Return the site for a folder of runs, and for studies that lie elsewhere."""
-        runs = runs.resolve()  # what is written into a run must hold wherever it is taken up again
+        """Return the site for a folder of runs, and for studies in other folders."""
+        runs = runs.resolve()  # paths written into a run must be valid from any directory in which it is resumed
         processes = Processes(runs / ".web" / "processes")
         return cls(Library(runs), processes, Studies(runs, processes, studies))
 
     @cached_property
     def work(self) -> Work:
-        """What is at work, read for all open pages together."""
+        """The tasks at work, read once for all open pages."""
         from aidsr.apps.web.work import Work
 
         return Work(self)
 
     @property
     def own(self) -> Path:
-        """Folder for what belongs to the web app and to no run."""
+        """Folder for files that belong to the web app and to no run."""
         return self.library.path / ".web"
 
     def run(self, name: str) -> Run:
-        """Return a run by its name, or a run of a study by its name there.
+        """Return a run by its name; for a run of a study that is "STUDY~ARM~TASK~NUMBER".
 
         Raises:
-            UserError: There is none.
+            UserError: There is no such run.
         """
         return self.studies.run(name) if self.studies.study_of(name) else self.library.run(name)
 
     def way_to(self, name: str) -> tuple[tuple[str, str], ...]:
-        """Return text and address of the pages above that of a run: all runs, or its study."""
+        """Return text and address of each page above a run's page: all runs, then the run's study if it has one."""
         study = self.studies.study_of(name)
         return (("Runs", "/"), (study, f"/study/{study}")) if study else (("Runs", "/"),)
 
     def view(self, run: Run) -> RunView:
-        """Return the state of a run; read again only when its files changed.
+        """Return the state of a run; its files are read again only when they changed.
 
         Raises:
             UserError: The folder is not a run, or one of its files is damaged.
@@ -178,14 +178,14 @@ class Site:
                 yield Job(number, kind, "")
 
     def is_at_work(self, run: Run) -> bool:
-        """Whether a process is at work on a run, started here or in a terminal."""
+        """Whether a process works on a run, started by the web app or in a terminal."""
         return self.processes.is_alive(run.name) or bool(at_work(run.events))
 
     def refuse_at_work(self, run: Run) -> None:
-        """Refuse what must not be done to a run while a process works on it.
+        """Refuse an action that is not allowed while a process works on a run.
 
         Raises:
-            UserError: A process works on it.
+            UserError: A process works on the run.
         """
         if self.is_at_work(run):
             raise UserError(f"{run.name} is already running; wait for it, or stop it first")
@@ -194,13 +194,13 @@ class Site:
         """Start a process that works on a run until it is finished.
 
         Raises:
-            UserError: One is at work already.
+            UserError: A process already works on the run.
         """
         self.refuse_at_work(run)
         self.processes.start(run.name, ["resume", str(run.path)])
 
     def design(self, run_name: str, number: int) -> tuple[Run, DesignFolder]:
-        """Return a design by the names of an address.
+        """Return a run and its design by the names in an address.
 
         Raises:
             UserError: There is no such run or design.
@@ -215,7 +215,7 @@ class Site:
         """Move a run that no process works on to the trash.
 
         Raises:
-            UserError: There is no such run, or a process designs, trains or exports there.
+            UserError: There is no such run, or a process still designs, trains, exports or probes in it.
         """
         run = self.library.run(name)
         self.refuse_at_work(run)
@@ -237,11 +237,11 @@ class Site:
 
 
 _TITLE_CHARACTERS = 80
-"""Of an objective where it stands for the run. Our choice: one line."""
+"""Maximum length of an objective that serves as the title of its run. Our choice: one line."""
 
 
 def shortened(words: str) -> str:
-    """Return a text of people or models cut to the length of a title."""
+    """Return a text written by a person or a model, shortened to the length of a title."""
     line = " ".join(words.split())
     return line if len(line) <= _TITLE_CHARACTERS else f"{line[: _TITLE_CHARACTERS - 1].rstrip()}…"
 
@@ -271,7 +271,7 @@ def _design(run: Run, design: DesignFolder, status: DesignStatus) -> DesignView:
 
 
 def _changed(log: Path) -> str:
-    """When a log was last written to; a page lets a clock run from there."""
+    """Return when a log was last written to, ISO 8601; a page counts up from that time."""
     try:
         return datetime.fromtimestamp(log.stat().st_mtime, UTC).isoformat(timespec="seconds")
     except FileNotFoundError:
@@ -279,11 +279,11 @@ def _changed(log: Path) -> str:
 
 
 def state_of(shown: Shown, design: DesignView) -> str:
-    """Return the state of a design without an outcome: what its files call running may be interrupted, or wait."""
+    """Return the state of a design without an outcome: "running" in its files may mean interrupted or waiting."""
     state = design.status.state
     return shown if state == "running" and shown in ("interrupted", "waiting") else state
 
 
 def model_in_words(model: str) -> str:
-    """Return a model's name as pages show it: of prompts answered by hand not the folder they wait in."""
+    """Return a model's name as pages show it: "by hand" instead of the folder of prompts answered by hand."""
     return "by hand" if prompts_directory(model) else model

@@ -1,4 +1,4 @@
-"""Studies of many runs: how far they are, read from their folders periodically in a separate thread, and their runs."""
+"""Studies of many runs: their progress, read from their folders periodically in a separate thread, and their runs."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from aidsr.studies.study import Cell, StudyPlan
 
 _EVERY_S = 15.0
-"""How old a reading may be. Our choice: a study lasts hours, and reading one of 200 designs takes about a second."""
+"""Maximum age of a reading. Our choice: a study lasts hours, and reading one of 200 designs takes about a second."""
 
 
 _BETWEEN = "~"
-"""Between study, arm, task and number in the name of a run; no such part holds it."""
+"""Separator of study, arm, task and number in the name of a run; none of these parts contains it."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class RunOfStudy:
     """One run of a study as a page shows it."""
 
     name: str
-    """Part of its address; empty before it has begun."""
+    """Name of the run, part of its address; empty before the run has started."""
     arm: str
     task: str
     number: int
@@ -44,52 +44,52 @@ class RunOfStudy:
     designs: int = 0
     approved: int = 0
     judged: int = 0
-    """Designs with a judged policy."""
+    """Number of designs with an evaluated policy."""
     successful: int = 0
     progress: float | None = None
-    """Best that an open-loop motion reached on any of its designs."""
+    """Best progress that an open-loop motion reached on any of its designs; None where no design was probed."""
 
 
 @dataclass(frozen=True)
 class StudyView:
-    """A study as a page shows it; where it cannot be read there is only a complaint."""
+    """A study as a page shows it; if it cannot be read, only `complaint` is set."""
 
     key: str
-    """Part of its address."""
+    """Identifier of the study, part of its address."""
     name: str
     complaint: str = ""
     runs: int = 0
     runs_done: int = 0
     started: int = 0
-    """Runs and policies that are started and not finished; whether a process works on them only a terminal knows, as
-    a study may run on other machines."""
+    """Number of runs and policies that are started and not finished. Whether a process still works on them is not known
+    here, because a study may run on other machines."""
     policies: int = 0
-    """Judged."""
+    """Number of evaluated policies."""
     failed: int = 0
-    """Jobs that were given up."""
+    """Number of jobs that were given up after their last attempt."""
     jobs_left: int = 0
     core_hours_left: float = 0.0
     usage: Usage = field(default_factory=Usage)
     to_spend_usd: float = 0.0
     left: tuple[str, ...] = ()
-    """What is left of each limit of the study, in words; empty for one without."""
+    """Remainder of each limit of the study, in words; empty for a study without limits."""
     report: bool = False
     cells: tuple[RunOfStudy, ...] = ()
     asks: str = ""
-    """What the plan asks for, in words."""
+    """Summary of the plan, in words."""
     failures: tuple[str, ...] = ()
-    """The last attempts at jobs that failed."""
+    """Descriptions of the last failed attempts at jobs."""
     at_work: bool = False
-    """Whether a process that this app started works on it."""
+    """Whether a process started by this app works on the study."""
 
 
 class Studies:
-    """The studies beside the runs, and those named by the person who started the web app.
+    """The studies in the folder of runs, and those named when the web app was started.
 
     Args:
-        runs: Folder of the runs; studies are folders in it with a study.toml.
-        processes: Where processes of this app are started.
-        more: Other folders of studies.
+        runs: Folder of the runs; each folder in it with a study.toml is a study.
+        processes: Processes started by this app.
+        more: Folders of studies outside the folder of runs.
     """
 
     def __init__(self, runs: Path, processes: Processes, more: Sequence[Path] = ()) -> None:
@@ -99,7 +99,7 @@ class Studies:
         self._reading = threading.Lock()
 
     def views(self) -> tuple[StudyView, ...]:
-        """Return the state of the studies when last read, and read them again in the background if that is old."""
+        """Return the state of the studies as last read; if that is too old, read them again in the background."""
         if time.monotonic() - self._read_s > _EVERY_S and self._reading.acquire(blocking=False):
             threading.Thread(target=self._read, name="read studies", daemon=True).start()
         return self._known
@@ -108,7 +108,7 @@ class Studies:
         """Return the report of a study.
 
         Raises:
-            UserError: There is no such study, or no report of it yet.
+            UserError: There is no such study, or it has no report yet.
         """
         report = self.folder(key) / "report.html"
         if not report.is_file():
@@ -127,7 +127,7 @@ class Studies:
         return found
 
     def view(self, key: str) -> StudyView:
-        """Return the state of a study when last read; read now where it never was.
+        """Return the state of a study as last read; read it now if it was never read.
 
         Raises:
             UserError: There is no such study.
@@ -140,7 +140,7 @@ class Studies:
         """Return a run of a study by its name, "STUDY~ARM~TASK~NUMBER".
 
         Raises:
-            UserError: There is none, or it holds links or other special files.
+            UserError: There is no such run, or it holds links or other special files.
         """
         key, *parts = name.split(_BETWEEN)
         if len(parts) == 3 and all(is_name(part) for part in parts):
@@ -152,7 +152,7 @@ class Studies:
 
     @staticmethod
     def study_of(name: str) -> str:
-        """Return the study that a run's name says it belongs to, empty for one that lies beside the studies."""
+        """Return the key of the study that a run's name contains; empty for a run that belongs to no study."""
         key, between, _ = name.partition(_BETWEEN)
         return key if between else ""
 
@@ -164,33 +164,33 @@ class Studies:
         """Start a process that works on a study until it is finished.
 
         Args:
-            key: Which.
-            jobs: How many at a time.
+            key: Key of the study.
+            jobs: Number of parallel jobs.
 
         Raises:
-            UserError: There is no such study, or one is at work already.
+            UserError: There is no such study, or a process already works on it.
         """
         command = ["benchmark", str(self.folder(key)), "--resume", "--jobs", str(jobs)]
         self._processes.start(self.process(key), command)
         self._read_s = -float("inf")
 
     def jobs(self, key: str) -> int:
-        """Return with how many jobs at a time the process at work on a study was started; 1 where that is unknown."""
+        """Return the number of parallel jobs of the process that works on a study; 1 where that is unknown."""
         command = self._processes.command(self.process(key))
         return int(command[command.index("--jobs") + 1]) if "--jobs" in command else 1
 
     def stop(self, key: str) -> None:
-        """Ask the process that works on a study to end; what is done is kept.
+        """Ask the process that works on a study to end; finished work is kept.
 
         Raises:
-            UserError: It was not started here.
+            UserError: No running process of this study was started by this app.
         """
         if not self._processes.stop(self.process(key)):
             raise UserError("this study was not started in the web app; stop it with Control-C where it was started")
         self._read_s = -float("inf")
 
     def is_at_work(self, key: str) -> bool:
-        """Whether a process that was started here works on a study."""
+        """Whether a process started by this app works on a study."""
         return self._processes.is_alive(self.process(key))
 
     def output_tail(self, key: str) -> str:
@@ -288,7 +288,7 @@ def _asks(plan: StudyPlan) -> str:
 
 
 def _left(budget: StudyBudget, limit: Budget) -> Iterator[str]:
-    """Yield what is left of each limit; what runs at work have not used counts as left."""
+    """Yield the remainder of each limit, in words; what running jobs have not used yet counts as remaining."""
     if limit.cost_usd is not None:
         yield f"${max(0.0, limit.cost_usd - budget.paid_usd):.2f} of ${limit.cost_usd:.2f} remaining"
     if limit.tokens is not None:

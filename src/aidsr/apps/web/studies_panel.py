@@ -1,4 +1,4 @@
-"""Studies in a list: how far each has got, and its report."""
+"""A list of studies with the progress and the report of each."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _COLUMNS = (
 
 
 def studies_panel(site: Site) -> None:
-    """List the studies; nothing where there are none."""
+    """List the studies; show nothing where there are none."""
     live(site.studies.views, _table)
 
 
@@ -69,6 +69,6 @@ def _cells(view: StudyView) -> None:
 
 
 def spending_of(view: StudyView) -> str:
-    """Say what a study has cost and is about to cost."""
+    """Return what a study has cost and is expected to cost, in words."""
     paid = format_cost(view.usage)
     return f"{paid}, about ${view.to_spend_usd:.2f} more expected" if view.to_spend_usd else paid

@@ -1,4 +1,4 @@
-"""The form for a new study: tasks, arms, how many designs, how they are trained, and what it may cost."""
+"""The form for a new study: tasks, arms, number of designs, training, and cost limits."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ from aidsr.teams.providers import providers
 
 _ALL = "all"
 _METHODS = tuple(name for name in get_args(StudyMethod) if not name.startswith("human"))
-"""Those with a person's words need a file of them; see `aidsr benchmark --feedback`."""
+"""Methods on offer. Those with a person's feedback are left out: they need a file with it, see `aidsr benchmark
+--feedback`."""
 _PROTOCOLS = get_args(Protocol)
 _NUMBERS = {
     "designs": ("Designs per task and arm", 1, 1),
@@ -35,7 +36,7 @@ _NUMBERS = {
     "steps": ("Control steps per policy", 1, 10_000),
     "jobs": ("Parallel jobs", 1, 1),
 }
-"""Title, least value and step of each number."""
+"""Title, minimum and step of each number field."""
 
 FRESH: dict[str, Any] = {
     "name": "",
@@ -54,13 +55,13 @@ FRESH: dict[str, Any] = {
     "cost_usd": None,
     "tokens": None,
 }
-"""Default values; what a visitor filled in is kept for the next visit, but for the name."""
+"""Default values of the form; a visitor's input, except the name, is kept for the next visit."""
 Form = dict[str, Any]
 
 
 @dataclass(frozen=True)
 class _Asked:
-    """A study that could begin."""
+    """The study that a valid form describes, its budget, and the number of parallel jobs."""
 
     study: Study
     budget: Budget
@@ -68,7 +69,7 @@ class _Asked:
 
 
 def add_study_form(site: Site) -> None:
-    """Answer at /studies/new."""
+    """Add the page at /studies/new."""
 
     @ui.page("/studies/new")
     def new_study() -> None:
@@ -85,10 +86,10 @@ def add_study_form(site: Site) -> None:
 
 
 def asked(site: Site, form: Form) -> _Asked:
-    """Return the study that a filled-in form asks for; nothing is written.
+    """Return the study that a filled-in form describes; nothing is written.
 
     Raises:
-        UserError: Something is missing, not known or does not fit together.
+        UserError: An entry is missing or unknown, or entries do not fit together.
     """
     name = str(form["name"] or "").strip()
     if not name:

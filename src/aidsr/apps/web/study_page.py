@@ -1,4 +1,4 @@
-"""A study: how far it is, its runs by task and arm, what failed, and the process that works on it."""
+"""The page of a study: progress, runs by task and arm, failures, and the process that works on it."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from aidsr.apps.web.widgets import badge, box, button, fact, notice, points, tex
 from aidsr.core.errors import AidsrError
 
 JOBS = 2
-"""Jobs at a time of a study that is resumed here. Source: default of `aidsr benchmark`."""
+"""Number of parallel jobs of a study that is resumed here. Source: default of `aidsr benchmark`."""
 
 
 def add_study_page(site: Site) -> None:
-    """Answer at /study/NAME."""
+    """Add the page at /study/NAME."""
 
     @ui.page("/study/{key}")
     def study_page(key: str) -> None:
@@ -64,7 +64,7 @@ def _actions(site: Site, key: str, state: tuple[bool, int, bool]) -> None:
 
 
 def _output(site: Site, key: str) -> str:
-    """Return the last output of a process that ended while there was work left."""
+    """Return the last output of a process that ended before all jobs were done; empty otherwise."""
     view = site.studies.view(key)
     return site.studies.output_tail(key) if view.jobs_left and not site.studies.is_at_work(key) else ""
 

@@ -1,4 +1,4 @@
-"""How long a run at work will about take: from how long designs of other runs took with the same settings."""
+"""Estimate of a run's remaining time, from the duration of designs of other runs with the same settings."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ from datetime import datetime
 from aidsr.apps.web.site import DesignView, RunView
 
 Key = tuple[str, str, bool, bool]
-"""What decides how long a design takes: model, team, whether it is tried on its task, and trained for that."""
+"""Settings that decide how long a design takes: model, team, whether it is tried on its task, and whether it is trained
+for that."""
 
 
 def usual_s(views: Iterable[RunView]) -> dict[Key, float]:
-    """Return the median time of a finished design [s], for each of the settings that decide it.
+    """Return the median time of a finished design [s], for each combination of the settings that decide it.
 
-    A design that a person had refined counts as one for each round.
+    For a design that a person had refined, its time per round counts.
     """
     took: dict[Key, list[float]] = defaultdict(list)
     for view in views:
@@ -29,9 +30,9 @@ def usual_s(views: Iterable[RunView]) -> dict[Key, float]:
 
 
 def left_s(view: RunView, usual: Mapping[Key, float], now: datetime) -> float | None:
-    """Return how long a run will take if its designs take as long as usual [s].
+    """Return the remaining time of a run if its designs take as long as usual [s].
 
-    None where nothing is known of such designs or one takes longer than usual. What waits for a person is not counted.
+    None where no such design is known or one takes longer than usual. Designs that wait for a person are not counted.
     """
     whole_s = usual.get(_key(view))
     if whole_s is None:
@@ -43,7 +44,7 @@ def left_s(view: RunView, usual: Mapping[Key, float], now: datetime) -> float | 
         whole_s * design.status.round - _worked_s(design, now)
         for design in view.designs
         if design.status.state == "running"
-    ]  # designs are worked on side by side
+    ]  # designs are worked on in parallel
     return max(lefts) if lefts and min(lefts) > 0 else None
 
 
@@ -53,7 +54,7 @@ def _key(view: RunView) -> Key:
 
 
 def _worked_s(design: DesignView, now: datetime) -> float:
-    """Return how long a design has been worked on: up to its last event, and since then."""
+    """Return how long a design has been worked on [s]: up to its last event, plus the time since then."""
     return design.status.latency_s + _since_s(design.since, now)
 
 

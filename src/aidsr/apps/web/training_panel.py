@@ -1,4 +1,4 @@
-"""Train a design, follow its curve, watch its films, and judge whether its motion is plausible."""
+"""Train a design, follow its learning curve, watch its videos, and judge whether its motion is plausible."""
 
 from __future__ import annotations
 
@@ -26,61 +26,61 @@ from aidsr.runs.trainings import CurveRow, Inspection, Training, read_curve, tra
 from aidsr.tasks import task_names
 
 Play = Callable[[int, ui.button], None]
-"""Plays a held-out variation; the button that was pressed shows that it takes seconds."""
+"""Function that plays a held-out variation; the pressed button shows a loading state while it takes seconds."""
 _DOING = {
     "learning": "Training a policy.",
     "evaluating": "Evaluating the policy.",
     "judged": "Rendering videos, or repeating the evaluation.",
 }
 _DEFAULTS: dict[str, Any] = {"steps": 300_000, "seeds": 1, "task": "", "films": True}
-"""As `aidsr train` has it."""
+"""Defaults of `aidsr train`."""
 
 
 @dataclass(frozen=True)
 class _Learning:
-    """How far a training has come."""
+    """Progress of a training."""
 
     steps: int
     seed: int
     curve: tuple[CurveRow, ...]
     state: str
-    """Of a training without a verdict: running, evaluating, stopped, or not evaluated."""
+    """State of a training without a verdict: running, evaluating, stopped, or not evaluated."""
     verdict: Evaluation | None
     is_hopeless: bool
-    """Whether it is learning, and will hardly succeed any more."""
+    """Whether it is learning and unlikely to succeed any more."""
     begins_with_script: bool = False
 
 
 @dataclass(frozen=True)
 class _Judged:
-    """What a judged training came to."""
+    """Result of an evaluated training."""
 
     verdict: Evaluation | None
     films: tuple[str, ...]
-    """Their addresses."""
+    """Addresses of the videos."""
     motions: tuple[Path, ...]
     resumed: bool
-    """Whether it was killed while learning, and resumed."""
+    """Whether it was killed while learning and then resumed."""
 
 
 @dataclass(frozen=True)
 class _State:
     approved: bool
     doing: str
-    """What a process does with it, in words; empty where none is at work."""
+    """Current work of a process on the design, in words; empty where no process is at work."""
     stoppable: bool
-    """Whether that process was started here."""
+    """Whether that process was started by the web app."""
     output_tail: str
 
 
 def training_panel(site: Site, run: Run, design: DesignFolder, stage: Stage) -> None:
-    """Show the trainings of an approved design, and what starts one.
+    """Show the trainings of an approved design, and a form that starts one.
 
     Args:
         site: The site.
         run: The run of the design.
         design: The design.
-        stage: Where recorded episodes are played.
+        stage: View that plays recorded episodes.
     """
     with box("stack wide"):
         live(lambda: _state(site, run, design), lambda state: _draw(site, run, design, state))
@@ -92,7 +92,7 @@ def _state(site: Site, run: Run, design: DesignFolder) -> _State:
     alive = site.processes.is_alive(name)
     at_work = [training for training in trainings if training.at_work]
     doing = _DOING[at_work[-1].stage] if at_work else ""
-    if alive and not at_work:  # between two of its steps, or where the system does not tell
+    if alive and not at_work:  # between two of its steps, or on a system without file locks
         learning = not trainings or any(training.stage == "learning" for training in trainings)
         doing = _DOING["learning" if learning else "evaluating"]
     output_tail = "" if alive or _has_new_verdict(site, name, trainings) else site.processes.output_tail(name)
@@ -100,7 +100,7 @@ def _state(site: Site, run: Run, design: DesignFolder) -> _State:
 
 
 def _has_new_verdict(site: Site, name: str, trainings: tuple[Training, ...]) -> bool:
-    """Whether the last process shows in its files; one that failed or had nothing to train shows in its output."""
+    """Whether the last process wrote a verdict; if not, it failed or had nothing to train, and its output says so."""
     verdict = trainings[-1].evaluation.path if trainings else None
     return verdict is not None and verdict.exists() and verdict.stat().st_mtime >= site.processes.started_s(name)
 
@@ -122,7 +122,7 @@ def _learning(site: Site, run: Run, design: DesignFolder, training: Training) ->
 
 
 def _at_work(site: Site, name: str, training: Training) -> bool:
-    """Whether a process has this one of a design's trainings in hand: one from elsewhere, or the design's own."""
+    """Whether a process works on this training of a design: one started elsewhere, or the design's own process."""
     if training.at_work:
         return True
     events = training.path / "events.jsonl"
@@ -232,7 +232,7 @@ def _draw_learning(training: Training, shown: _Learning) -> None:
 
 
 def _steps_in_words(done: int, asked: int) -> str:
-    """Return how many steps were made of those asked for; the last round is finished, so there may be more."""
+    """Return the steps made and requested, in words; the last round is completed, so it may be more than requested."""
     return f"{done:,} of {asked:,}" if done <= asked else f"{done:,} (requested: {asked:,})"
 
 
@@ -250,7 +250,7 @@ def _draw_judged(site: Site, training: Training, stage: Stage, shown: _Judged) -
 
 
 def _play(site: Site, training: Training, stage: Stage, variation: int, pressed: ui.button) -> None:
-    """Record a held-out episode, and play it in the view."""
+    """Record a held-out episode, then play it in the view."""
 
     def then(episode: Episode) -> None:
         try:
@@ -387,17 +387,17 @@ def _whole(value: object, what: str) -> int:
 
 
 def measure_field(run: Run, choices: dict[str, Any]) -> None:
-    """Ask for the task that measures success, where the run has neither a task nor a goal."""
+    """Show the field for the task that measures success, if the run has neither a task nor a goal."""
     if not _is_measured(run):
         task = ui.select(list(task_names()), label="Task that measures success").props("outlined dense")
         task.bind_value(choices, "task")
 
 
 def measure_arguments(run: Run, choices: dict[str, Any]) -> list[str]:
-    """Return what tells a command the task that was chosen, nothing where the run has its own measure of success.
+    """Return the command-line arguments for the chosen task; empty where the run has its own task or goal.
 
     Raises:
-        UserError: None was chosen.
+        UserError: No task was chosen.
     """
     if _is_measured(run):
         return []

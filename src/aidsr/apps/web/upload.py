@@ -1,4 +1,4 @@
-"""Uploaded files: checked by strict rules before they are taken, and kept in the form as text."""
+"""Uploaded files: checked by strict rules before they are accepted, and kept in the form as text."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ Facts = tuple[tuple[str, str], ...]
 
 @dataclass(frozen=True)
 class FileField:
-    """A kind of file that can be given.
+    """A kind of file that can be uploaded.
 
     Attributes:
-        key: Where its text goes in the form; its name goes to the same with "_name".
-        label: On the field.
-        suffixes: As a browser's file dialog filters them.
-        most_bytes: Largest that is taken.
-        look: Takes the text and the form, and returns what is in it, by name. It may take seconds.
+        key: Key of the file's text in the form; with "_name" appended, the key of the file's name.
+        label: Label of the field.
+        suffixes: File name suffixes, separated by commas, by which a browser's file dialog filters.
+        most_bytes: Maximum size.
+        look: Checks the text, given the form, and returns pairs of name and value that describe it; may take seconds.
     """
 
     key: str
@@ -36,7 +36,7 @@ class FileField:
 
 
 def upload(form: Form, wanted: FileField) -> None:
-    """Take a file, check it, and show what is in it or what is wrong with it."""
+    """Show a field that accepts a file, checks it, and shows a description of its content or its errors."""
     key = wanted.key
 
     @ui.refreshable
@@ -68,9 +68,9 @@ def upload(form: Form, wanted: FileField) -> None:
             clear_error()
             found.refresh(facts)
 
-    # a box of its own: an error is shown at its end, beside the field and not below those that follow
+    # a separate box: an error is shown at its end, beside this field and not below the fields that follow
     with box("stack tight"):
-        # Quasar's own control is a button within a button, without a name: it does the work unseen
+        # Quasar's own control is a nested button without an accessible name, so it is hidden and used by this one
         with box("drop row") as place:
             choose = button(f"Choose: {wanted.label}", lambda: None, "quiet", "upload_file")
             text("or drop the file here", "small soft")
@@ -90,7 +90,7 @@ def upload(form: Form, wanted: FileField) -> None:
 
 
 def _told(error: AidsrError) -> str:
-    """Return an error in words; of MJCF with the lines, as `aidsr validate` tells them."""
+    """Return an error in words; an error in MJCF has line numbers, as in `aidsr validate`."""
     if not isinstance(error, MjcfError):
         return str(error)
     return "; ".join(f"line {fault.line}: " * bool(fault.line) + fault.message for fault in error.faults)
@@ -115,7 +115,7 @@ def _goal(content: str, form: Form) -> Facts:
     from aidsr.tasks import goal_task, parse_goal
 
     goal = parse_goal(content)
-    if form["environment"]:  # without one, names are looked up when the run is started
+    if form["environment"]:  # without an environment, names are checked when the run is started
         goal_task(goal, form["environment"])
     return (
         ("success", goal.kind),

@@ -1,4 +1,4 @@
-"""What an empty home shows: a robot that moves, and three things to try with one click."""
+"""The content of an empty home page: a moving robot, and three examples to try with one click."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from aidsr.core.config import RunConfig
 from aidsr.runs import Run
 
 _EPISODE = ASSETS / "welcome.npz"
-"""A held-out episode, made by `aidsr design --task button_pushing --seed 1`, `aidsr train` of its first design with
-60,000 steps, and `aidsr.learn.rl.recording.record_episode`."""
+"""Recording of a held-out episode, made with `aidsr design --task button_pushing --seed 1`, `aidsr train` of its first
+design with 60,000 steps, and `aidsr.learn.rl.recording.record_episode`."""
 _TUNNEL = RunRequest(RunConfig(seed=1), task="locomotion/tunnel")
 
 

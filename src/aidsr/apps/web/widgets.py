@@ -1,4 +1,4 @@
-"""Small pieces that pages are made of. Text of models and people is only ever shown as text, never as HTML."""
+"""Building blocks of pages. Text written by models and people is only shown as text, never as HTML."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _SHORT = {"robot": "robot", "robot stable": "stable?", "scene": "scene", "scene 
 
 @contextmanager
 def box(classes: str = "", tag: str = "div", **attributes: str) -> Iterator[ui.element]:
-    """Open an element; attributes are written with an underscore for each hyphen."""
+    """Open an element; an underscore in the name of an attribute stands for a hyphen."""
     element = ui.element(tag).classes(classes)
     for name, value in attributes.items():
         element.props[name.replace("_", "-")] = value
@@ -30,12 +30,12 @@ def box(classes: str = "", tag: str = "div", **attributes: str) -> Iterator[ui.e
 
 
 def text(content: str, classes: str = "", tag: str = "span") -> ui.element:
-    """Show text as it is, whatever it contains."""
+    """Show text literally, whatever it contains."""
     return TextElement(tag=tag, text=content).classes(classes)
 
 
 def long_text(content: str, name: str, classes: str = "") -> None:
-    """Show lines as they are, in a place of its own that scrolls, also by keyboard; its name is for screen readers."""
+    """Show lines literally in an element that scrolls, also by keyboard; `name` is its label for screen readers."""
     shown = text(content, f"text {classes}", "pre")
     shown.props.update({"tabindex": "0", "role": "group", "aria-label": name})
 
@@ -43,7 +43,7 @@ def long_text(content: str, name: str, classes: str = "") -> None:
 def button(
     content: str, act: Callable[..., Any], look: Look = "quiet", icon: str | None = None, hint: str = ""
 ) -> ui.button:
-    """Show a button; without words on it, the hint is its name."""
+    """Show a button; if it has no text, the hint is also its accessible name."""
     element = ui.button(content, icon=icon, color=None, on_click=act).props("unelevated").classes(look)
     if hint:
         element.tooltip(hint)
@@ -53,7 +53,7 @@ def button(
 
 
 def image(address: str, what: str, classes: str = "shot") -> None:
-    """Show a picture, or a calm place for one that is not there yet."""
+    """Show a picture, or a placeholder if the address is empty."""
     if not address:
         text("no picture yet" if "shot" in classes else "", f"{classes} none")
         return
@@ -62,7 +62,7 @@ def image(address: str, what: str, classes: str = "shot") -> None:
 
 
 def fault_found(fault: Fault) -> None:
-    """Show a fault: what, where, how much, and what usually cures it."""
+    """Show a fault: its code, the elements it names, its description, its likely cause and its cure."""
     with box(f"fault {fault.severity}"):
         with box("row"):
             text(fault.code.replace("_", " "), tag="h3")
@@ -77,17 +77,17 @@ def fault_found(fault: Fault) -> None:
 
 
 def file_address(run: str, path: str, *, version: str = "") -> str:
-    """Return the address of a file of a run."""
+    """Return the address of a file of a run; empty for an empty path."""
     return f"/files/{quote(run)}/{quote(path)}" + (f"?v={quote(version)}" if version else "") if path else ""
 
 
 def thumbnail_address(run: str, path: str) -> str:
-    """Return the address of a small copy of a picture of a run, for where many stand in a list."""
+    """Return the address of a small copy of a run's picture, for lists; empty for an empty path."""
     return f"/thumbnails/{quote(run)}/{quote(path)}" if path else ""
 
 
 def badge(state: str, warnings: int = 0) -> None:
-    """Show a state; approval also with how many warnings of the validator it was given."""
+    """Show a state; for an approved design also the number of warnings of the validator."""
     words = state.replace("_", " ")
     if state == "approved" and warnings:
         text(f"{words}, {warnings} {'warning' if warnings == 1 else 'warnings'}", "badge warned")
@@ -96,40 +96,40 @@ def badge(state: str, warnings: int = 0) -> None:
 
 
 def notice(content: str, kind: Literal["", "bad", "wait", "good"] = "") -> None:
-    """Show a sentence that must not be overlooked."""
+    """Show a prominent message."""
     with box(f"notice {kind}", role="alert" if kind == "bad" else "status"):
         text(content, "pre")
 
 
 def fact(key: str, value: str) -> None:
-    """Show one number with its name."""
+    """Show one value with its name."""
     with box():
         text(key, "key")
         text(value, "value")
 
 
 def points(sentences: Iterable[str], classes: str = "") -> None:
-    """List sentences."""
+    """Show sentences as a list."""
     with box(f"plain {classes}", "ul"):
         for sentence in sentences:
             text(sentence, tag="li")
 
 
 def clock(since: str) -> None:
-    """Show how long ago something was, counting on in the browser."""
+    """Show the time since a moment, given in ISO 8601; it counts up in the browser."""
     with box("numbers", data_since=since, tag="time"):
         pass
 
 
 def choice(act: Callable[[], Any], *, chosen: bool) -> ui.element:
-    """Return one of several things to choose from, to be filled by the caller."""
+    """Return one option of a radio group, to be filled by the caller."""
     element = ui.element("button").classes("choice").on("click", act)
     element.props.update({"type": "button", "role": "radio", "aria-checked": "true" if chosen else "false"})
     return element
 
 
 def usage_facts(usage: Usage) -> None:
-    """Show what a run or a design cost."""
+    """Show the cost, calls and tokens of a run or a design."""
     fact("cost", format_cost(usage))
     if usage.calls:
         fact("calls", str(usage.calls))
@@ -137,19 +137,19 @@ def usage_facts(usage: Usage) -> None:
 
 
 def label_cells(row: ui.element, columns: Sequence[str]) -> None:
-    """Name the cells of a row after their columns, as a narrow screen shows them; an empty name for a cell without."""
+    """Label the cells of a row with their columns, for narrow screens; a cell with an empty column gets no label."""
     for cell, column in zip(row.default_slot.children, columns, strict=False):
         if column:
             cell.props["data-label"] = column
 
 
 def strip(attempts: Iterable[Attempt], open_at: Callable[[int], str], *, at_work: bool = True) -> None:
-    """Show iterations as rows: robot, stable?, scene, stable?, judged, perhaps tried and what a person decided.
+    """Show iterations as rows of stages: robot, stable?, scene, stable?, judged, and perhaps tried and decision.
 
     Args:
         attempts: The iterations.
-        open_at: Returns the address of one, by its number.
-        at_work: Whether a process works on the design; without one, nothing is under way, whatever the files say.
+        open_at: Returns the address of an iteration, by its number.
+        at_work: Whether a process works on the design; if not, a stage that its files call running is shown as stopped.
     """
     with box("strip"):
         before = 1

@@ -1,4 +1,4 @@
-"""An objective in one's own words: its environment with a picture, and its goal, checked as it is typed."""
+"""The form for an objective in words: its environment with a picture, and its goal, checked while it is typed."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def take_template(form: Form, name: str) -> None:
 
 
 def words_form(form: Form) -> ui.textarea:
-    """Ask what is to be done, where, and what counts as success; return the field of the objective."""
+    """Ask for the objective, the environment and the goal; return the field of the objective."""
 
     def take(name: object) -> None:
         if name in examples():
@@ -54,7 +54,7 @@ def words_form(form: Form) -> ui.textarea:
 
 
 def _preview(form: Form) -> None:
-    """Show the environment as soon as there is one."""
+    """Show a picture of the environment as soon as there is one."""
     shown: dict[str, str] = {"environment": ""}
     with box("preview") as place:
         pass

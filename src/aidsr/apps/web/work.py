@@ -1,4 +1,4 @@
-"""All that is at work, and all that waits for a person, over all runs."""
+"""The running tasks of all runs, and those that wait for a person."""
 
 from __future__ import annotations
 
@@ -17,34 +17,34 @@ from aidsr.runs.event_text import DOING
 from aidsr.runs.trainings import read_curve, trainings_of
 
 _KEPT_S = 1.5
-"""How old a reading may be: every open page asks for it. Our choice."""
+"""Maximum age of a reading, which every open page requests. Our choice."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """One thing at work, or waiting for a person."""
+    """One task that is running or waits for a person."""
 
     kind: Literal["decision", "reply", "designs", "training", "export", "probe", "study"]
     title: str
     address: str
     doing: str
     since: str = ""
-    """When it began or last did something, ISO 8601."""
+    """Time of its start or of its last event, ISO 8601."""
     share: float | None = None
-    """How much of it is done, None where that is not known."""
+    """Completed share, 0 to 1; None where it is unknown."""
     left_s: float | None = None
-    """How long it will take at its present speed, or as designs before it took; None where that is not known [s]."""
+    """Estimated remaining time [s], from its present speed or the duration of earlier designs; None where unknown."""
     process: str = ""
-    """By which it can be stopped; empty where it cannot be, from here."""
+    """Name of the process to stop; empty where the web app cannot stop it."""
 
     @property
     def waits(self) -> bool:
-        """Whether it is a person's turn."""
+        """Whether it waits for a person."""
         return self.kind in ("decision", "reply")
 
 
 class Work:
-    """Reads what is at work, for all open pages together."""
+    """Reader of the running and waiting tasks, shared by all open pages."""
 
     def __init__(self, site: Site) -> None:
         self._site = site
@@ -53,11 +53,11 @@ class Work:
         self._read_s = -float("inf")
 
     def latest(self) -> tuple[Task, ...]:
-        """Return what `tasks` returned last, at once; nothing before it was first called."""
+        """Return the last result of `tasks` without reading; empty before its first call."""
         return self._known
 
     def tasks(self) -> tuple[Task, ...]:
-        """Return what waits for a person, then what is at work, the newest run first."""
+        """Return the tasks that wait for a person, then the running ones, each with the newest run first."""
         with self._lock:
             if time.monotonic() - self._read_s > _KEPT_S:
                 views = tuple(self._views())
@@ -70,11 +70,11 @@ class Work:
 
     def _views(self) -> Iterator[RunView]:
         for run in self._site.library.runs():
-            with contextlib.suppress(UserError):  # home says what is wrong with it
+            with contextlib.suppress(UserError):  # the home page shows the error
                 yield self._site.view(run)
 
     def _of(self, view: RunView, left_s: float | None) -> Iterator[Task]:
-        """Yield the tasks of a run, which takes so much longer [s]."""
+        """Yield the tasks of a run; `left_s` is its estimated remaining time [s]."""
         name = view.name
         home = f"/run/{name}"
         for design in view.designs:
@@ -133,7 +133,7 @@ class Work:
 
 
 def _share(view: RunView) -> float | None:
-    """Return the share of the designs that is finished, None before there are any."""
+    """Return the share of finished designs, 0 to 1; None before there are any designs."""
     return (
         sum(design.status.outcome is not None for design in view.designs) / len(view.designs) if view.designs else None
     )

@@ -1,4 +1,4 @@
-"""What is running: runs, trainings, exports, and what waits for a person."""
+"""The activity page: running tasks, studies, and tasks that wait for a person."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _COLUMNS = ("activity", "state", "progress", "time left", "since", "stop")
 
 
 def add_work_page(site: Site) -> None:
-    """Answer at /work."""
+    """Add the page at /work."""
 
     @ui.page("/work")
     def work_page() -> None:

@@ -1,4 +1,4 @@
-"""From an action of -1 to 1 to the controls of actuators, some of which act together."""
+"""Conversion of actions, -1 to 1, to controls of actuators, some of which act together."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from aidsr.tasks.readings import FloatArray
 from aidsr.tasks.task import Task
 
 Grouping = Literal["auto", "off"]
-"""Whether actuators that belong together share one action."""
+"""Whether actuators share one action: "auto" groups those that belong together, "off" gives each its own action."""
 
 GroupsFrom = Literal["design", "symmetry", "none"]
-"""Where the groups of actuators come from."""
+"""Origin of the groups of actuators."""
 
 
 class OpenLoop(Protocol):
-    """A motion that is played by the clock."""
+    """A motion that depends only on time."""
 
     def at(self, time_s: FloatArray) -> FloatArray:
-        """Return the actions at some times [s], (n,) -> (n, k), -1 to 1."""
+        """Return the actions at the given times [s], (n,) -> (n, k), -1 to 1."""
         ...
 
 
@@ -36,44 +36,45 @@ _ACTUATOR = mujoco.mjtObj.mjOBJ_ACTUATOR
 
 @dataclass(frozen=True)
 class ActionMap:
-    """What each number of an action drives; k numbers, m actuators."""
+    """Mapping of an action with k numbers to m actuators."""
 
     groups: tuple[ActuatorGroup, ...]
-    """One for each number of an action, in order: the robot's first, then the base that the policy drives."""
+    """One group for each number of an action, in order: the robot's groups first, then the base that the policy
+    drives."""
     groups_from: GroupsFrom
     actuators: tuple[int, ...]
-    """Ids of the actuators driven, m of them."""
+    """Ids of the m driven actuators."""
     follows: tuple[int, ...]
-    """Which number of the action each of them follows, m of them."""
+    """Index of the number of the action that drives each actuator, m of them."""
     low: FloatArray
     """Control at an action of -1, (m,)."""
     high: FloatArray
     """Control at an action of 1, (m,)."""
     hold_steps: int = 1
-    """Control steps for which an action is held before the next one counts."""
+    """Control steps for which an action is held before the next one takes effect."""
     base: OpenLoop | None = None
-    """A motion that a policy only corrects; None where its actions are all that is done."""
+    """Motion that the policy's actions correct; None where the actions are used alone."""
     correction: float = 1.0
-    """By how much a policy's action of 1 changes that motion."""
+    """Change of that motion for a policy's action of 1."""
 
     @property
     def size(self) -> int:
-        """Numbers in an action."""
+        """Number of values in an action."""
         return len(self.groups)
 
     @property
     def rest(self) -> FloatArray:
-        """The action whose controls are nearest to 0, with which an episode begins, (k,)."""
+        """Action whose controls are nearest to 0, with which an episode begins, (k,)."""
         mine = np.clip(-(self.high + self.low) / (self.high - self.low), -1.0, 1.0)
         follows = np.array(self.follows)
         return np.array([mine[follows == k].mean() for k in range(self.size)])
 
     def corrected(self, action: FloatArray, time_s: FloatArray) -> FloatArray:
-        """Return what is done where a policy acts, (n, k), -1 to 1: its action itself, or the base corrected by it.
+        """Return the action to apply, (n, k), -1 to 1: the policy's action itself, or the base motion corrected by it.
 
         Args:
-            action: Of the policy, (n, k), -1 to 1.
-            time_s: Since the beginning of each episode, (n,) [s].
+            action: Action of the policy, (n, k), -1 to 1.
+            time_s: Time since the beginning of each episode, (n,) [s].
         """
         return action if self.base is None else np.clip(self.base.at(time_s) + self.correction * action, -1.0, 1.0)
 
@@ -86,15 +87,15 @@ class ActionMap:
 def map_actions(
     model: mujoco.MjModel, task: Task, declared: Sequence[ActuatorGroup] = (), grouping: Grouping = "auto"
 ) -> ActionMap:
-    """Return how an action drives a scene.
+    """Return the mapping of actions to the actuators of a scene.
 
     Args:
         model: The compiled scene.
-        task: Names the actuators of a base that the policy drives as well.
-        declared: Groups as the robot's author names them, with or without the prefix "robot/".
-        grouping: "auto" takes the declared groups. Where there are none and the robot hangs from a mount, limbs of the
-            same build act together, as symmetric fingers do in the paper. The limbs of a robot that is free must
-            differ to walk, so symmetry groups nothing there. "off" gives each actuator its own action.
+        task: Task of the scene; it names the actuators of a base that the policy drives as well.
+        declared: Groups that the robot's author declares, with or without the prefix "robot/".
+        grouping: "auto" uses the declared groups. Without any, if the robot is fixed to a mount, limbs of the same
+            build act together, as symmetric fingers do in the paper. The limbs of a free robot must differ to walk, so
+            nothing is grouped by symmetry there. "off" gives each actuator its own action.
 
     Raises:
         UserError: The groups do not fit the scene, or an actuator has no control range.
@@ -108,12 +109,12 @@ def map_actions(
 
 
 def recorded_actions(model: mujoco.MjModel, groups: Sequence[ActuatorGroup], groups_from: GroupsFrom) -> ActionMap:
-    """Return the map of actions that a training has recorded.
+    """Return the mapping of actions that a training has recorded.
 
     Args:
         model: The compiled scene, the same or one with the same actuators.
-        groups: All of them, one for each number of an action, as recorded.
-        groups_from: As recorded.
+        groups: Recorded groups, one for each number of an action.
+        groups_from: Recorded origin of the groups.
 
     Raises:
         UserError: The scene lacks an actuator, or one has no control range.
@@ -151,7 +152,7 @@ def _action_map(model: mujoco.MjModel, groups: _Groups, groups_from: GroupsFrom)
 def _robot_groups(
     model: mujoco.MjModel, structure: Structure, declared: Sequence[ActuatorGroup], grouping: Grouping
 ) -> tuple[_Groups, GroupsFrom]:
-    """Return groups of actuator ids with names, the robot's actuators each in one, and where they come from."""
+    """Return names and actuator ids of the groups, which cover all actuators of the robot, and their origin."""
     found: _Groups = []
     groups_from: GroupsFrom = "none"
     if grouping == "auto" and declared:
@@ -165,10 +166,10 @@ def _robot_groups(
 
 
 def _declared_groups(model: mujoco.MjModel, structure: Structure, declared: Sequence[ActuatorGroup]) -> _Groups:
-    """Return the declared groups as ids.
+    """Return the declared groups as actuator ids.
 
     Raises:
-        UserError: A member is no actuator of the robot, or stands in two groups.
+        UserError: A member is not an actuator of the robot, or belongs to two groups.
     """
     ids = {name_of(model, _ACTUATOR, i): i for i in structure.actuators}
     groups: _Groups = []

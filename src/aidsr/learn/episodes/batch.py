@@ -1,4 +1,4 @@
-"""Many episodes of one task side by side: all simulations advance in one native call, all numbers are arrays."""
+"""Parallel episodes of one task: all simulations advance in one native call, and all values are arrays."""
 
 from __future__ import annotations
 
@@ -26,55 +26,55 @@ from aidsr.tasks.readings import BoolArray, FloatArray
 from aidsr.tasks.scoring import merge, reset, score
 
 OBSERVATION_LIMIT = 1e6
-"""Observations are clipped here, so that the last one before a divergence fits into single precision. Our choice: far
-above any length, speed or force that means something."""
+"""Observations are clipped to this magnitude, so that the last one before a divergence fits into single precision. Our
+choice: far above any meaningful length, speed or force."""
 
 
 @dataclass(frozen=True)
 class StepResult:
-    """Result of one control step of n episodes, each (n,) unless it says otherwise.
+    """Result of one control step of n episodes; arrays are (n,) unless stated otherwise.
 
-    Rows of episodes that had ended before are zero and False.
+    Rows of episodes that had ended before the step are zero or False.
     """
 
     observation: NDArray[np.float32]
-    """(n, n_observations)."""
+    """Observations, (n, n_observations)."""
     reward: FloatArray
     progress: FloatArray
     violation: FloatArray
     success: BoolArray
-    """The goal has been held; the episode ends."""
+    """The goal was held long enough; the episode ends."""
     failure: BoolArray
-    """The task's own rule ends the episode."""
+    """A rule of the task ends the episode as failed."""
     diverged: BoolArray
     """The simulation diverged; the episode ends."""
     truncated: BoolArray
-    """The time limit ends the episode, and nothing else does."""
+    """The time limit alone ends the episode."""
     time_s: FloatArray
-    """Since the episode began [s]."""
+    """Time since the beginning of the episode [s]."""
 
     @property
     def terminated(self) -> BoolArray:
-        """Where success, failure or divergence ended the episode."""
+        """Whether success, failure or divergence ended the episode."""
         return self.success | self.failure | self.diverged
 
     @property
     def done(self) -> BoolArray:
-        """Where the episode ended in any way."""
+        """Whether the episode ended for any reason."""
         return self.terminated | self.truncated
 
 
 class Episodes:
-    """Episodes of a task in one scene. One that has ended stands still until it is reset.
+    """Parallel episodes of a task in one scene. An episode that has ended stands still until it is reset.
 
     Args:
         model: The compiled scene; it is copied.
-        task: Defines observation and score.
-        actions: What an action drives.
-        variations: Of each episode; as many episodes are run side by side. Those that are perturbed carry how.
-        threads: Native threads, this one included; 0 takes all processors. The results do not depend on it.
+        task: Task that defines observation and score.
+        actions: Mapping of actions to actuators.
+        variations: Variation of each episode, possibly with a perturbation; their number is the number of episodes.
+        threads: Native threads, including the calling one; 0 takes all processors. The results do not depend on it.
         smoothing: Share of the previous action that is kept in the next, 0 to below 1.
-        record: Fields of MjData to keep from every physics step, see `recorded`.
+        record: Fields of MjData to record in every physics step, see `recorded`.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class Episodes:
         if not 0.0 <= smoothing < 1.0:
             raise ValueError(f"smoothing out of range: {smoothing}; use 0 to below 1")
         self.model = copy.copy(model)
-        # after an automatic reset a simulation that diverged would look like a fresh one
+        # after an automatic reset, a diverged simulation would look like a new one
         self.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
         choose_jacobian(self.model)
         self.task, self.actions, self.n, self.smoothing = task, actions, len(variations), smoothing
@@ -99,13 +99,14 @@ class Episodes:
         self.structure = read_structure(self.model)
         self.physics_steps = max(1, round(task.control_dt_s / self.model.opt.timestep))
         self.time_limit_s = np.full(self.n, task.time_limit_s)
-        """When each episode is truncated; a reset restores the task's limit."""
+        """Time at which each episode is truncated [s]; a reset restores the task's time limit."""
         self.running = np.zeros(self.n, dtype=np.bool_)
         self.variations = list(variations)
         self.recorded: dict[str, FloatArray] = {}
-        """Of the last control step, (n_running, physics_steps, ...) by field; rows are those of `stepped`."""
+        """Fields recorded in the last control step, (n_running, physics_steps, ...) each; their rows are the episodes
+        in `stepped`."""
         self.stepped: NDArray[np.intp] = np.arange(0)
-        """Which episodes the last control step advanced."""
+        """Indices of the episodes that the last control step advanced."""
         self._record = ("sensordata", *record)
         self._reader = Reader.of(task, self.model)
         self._body = Proprioception.of(self.model, self.structure)
@@ -122,51 +123,51 @@ class Episodes:
         readings = self._read(self._sensordata[:, None])
         self._state, self._readings = reset(task, readings), readings
         self.observation = self._observe(readings)
-        """(n, n_observations)."""
+        """Present observations, (n, n_observations)."""
 
     @property
     def progress(self) -> FloatArray:
-        """How far each task is done at this moment, (n,)."""
+        """Present progress of each episode, (n,), 0 to 1."""
         return self._state.progress
 
     @property
     def done_action(self) -> FloatArray:
-        """What was done in the last control step, after smoothing and correction, (n, k), -1 to 1."""
+        """Action applied in the last control step, after smoothing and correction, (n, k), -1 to 1."""
         return self._last_action
 
     @property
     def holds(self) -> BoolArray:
-        """Where the goal holds at this moment, (n,), however long; success asks that it does for `hold_s`."""
+        """Whether the goal holds at present, (n,), for any duration; success requires `hold_s`."""
         return np.asarray(self.held_s > 0.0)
 
     @property
     def held_s(self) -> FloatArray:
-        """How long the goal has held without a break, (n,) [s]."""
+        """Time for which the goal has held without a break, (n,) [s]."""
         return self._state.held_s
 
     def passed_limits(self, index: int) -> tuple[PassedLimit, ...]:
-        """Return the limits that an episode has passed so far."""
+        """Return the limits that an episode has violated so far."""
         return self.task.passed_limits({name: value[index] for name, value in self._state.task_state.items()})
 
     def conditions(self) -> tuple[Condition, ...]:
-        """Return what the stages of the task ask for, as it is after the last control step."""
+        """Return the conditions of the task's stages as they are after the last control step."""
         return self.task.conditions(self._readings, self._state.task_state)
 
     def lost_by(self, index: int) -> str:
-        """Return the sentences of the rules by which an episode is lost after the last control step."""
+        """Return the sentences of the rules by which an episode failed in the last control step."""
         losses = self.task.losses(self._readings, self._state.task_state)
         return " ".join(sentence for sentence, lost in losses.items() if lost[index])
 
     def copy_state(self, index: int, data: mujoco.MjData) -> None:
-        """Give a simulation the present state of an episode, so that `mj_forward` finds the forces that act in it.
+        """Copy the present state of an episode to a simulation, so that `mj_forward` computes its forces.
 
-        Activations belong to it: without them winches with a time constant pull on nothing.
+        The state includes activations: without them, winches with a time constant would not pull.
         """
         for field in ("qpos", "qvel", "act", "ctrl"):
             getattr(data, field)[:] = self.batch.bind(field)[index]
 
     def _bind_outputs(self) -> None:
-        """Name the derived fields that are read, so that MuJoCo copies them out."""
+        """Bind the derived fields that are read, so that MuJoCo copies them out."""
         fields = ["sensordata", "ten_length", "ten_velocity", "actuator_force", "cvel", "xipos", "subtree_com"]
         for field in [*fields, *(["geom_xpos", "geom_xmat"] if self.task.needs_outline else [])]:
             self.batch.bind(field)
@@ -176,8 +177,8 @@ class Episodes:
         """Reset some episodes and return the observations of all, (n, n_observations).
 
         Args:
-            ids: Which, in rising order.
-            variations: One for each of them.
+            ids: Indices of the episodes, in ascending order.
+            variations: One variation for each of them.
         """
         for index, variation in zip(ids.tolist(), variations, strict=True):
             self.variations[index] = variation
@@ -209,8 +210,8 @@ class Episodes:
         """Advance every running episode by one control step.
 
         Args:
-            action: The policy's, (n, n_actions), -1 to 1. While an earlier one is held it counts for nothing. Where
-                the scene has a base motion, it corrects that.
+            action: Actions of the policy, (n, n_actions), -1 to 1. They are ignored while an earlier action is held. In
+                a scene with a base motion, they correct that motion.
         """
         asked: FloatArray = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
         is_due = self._age_steps % self.actions.hold_steps == 0
@@ -225,7 +226,7 @@ class Episodes:
         after, scored = score(self.task, self._state, readings, requested)
         good = running & ~diverged
         self._state = merge(self._state, after, good)
-        # the readings of a diverged simulation mean nothing: its last observation is kept
+        # the readings of a diverged simulation are meaningless: its last observation is kept
         self.observation = np.where(good[:, None], self._observe(readings), self.observation)
         success, failure = good & scored.success, good & scored.failure & ~scored.success
         over = readings.time_s > self.time_limit_s - self.task.control_dt_s / 2
@@ -244,7 +245,7 @@ class Episodes:
         return result
 
     def _simulate(self, running: BoolArray) -> tuple[FloatArray, BoolArray]:
-        """Run the physics of one control step; return samples, (n, steps, nsensordata), and which diverged, (n,)."""
+        """Run the physics of one control step; return samples, (n, steps, nsensordata), and divergence, (n,)."""
         self.stepped = ids = np.flatnonzero(running)
         ctrl = self.batch.bind("ctrl")
         for name, value in self.task.script(self._read(self._sensordata[:, None])).items():
@@ -262,7 +263,7 @@ class Episodes:
         return samples, diverged
 
     def _rollout(self, ids: NDArray[np.intp]) -> tuple[dict[str, FloatArray], BoolArray]:
-        """Return what is recorded, (n_running, steps, ...) by field, and which simulations had an error, (n,)."""
+        """Return the recorded fields, (n_running, steps, ...) each, and whether each simulation had an error, (n,)."""
         shapes = {name: getattr(self._template, name).shape for name in self._record}
         out = {name: np.zeros((ids.size, self.physics_steps, *shape)) for name, shape in shapes.items()}
         if self._friction is None or not self._cable_friction[ids].any():
@@ -279,7 +280,7 @@ class Episodes:
         return out, failed
 
     def _advance(self, ids: NDArray[np.intp], steps: int, out: dict[str, FloatArray]) -> BoolArray:
-        """Run some physics steps; return which simulations had an error, (n,)."""
+        """Run some physics steps; return whether each simulation had an error, (n,)."""
         # errors of single simulations are in batch.status
         with warnings_ignored(), contextlib.suppress(SimulationError):
             self.batch.rollout(steps, record=self._record, ids=ids, out=out)

@@ -1,16 +1,17 @@
 """Friction of cables at their guides, after the capstan equation.
 
-A tendon of MuJoCo has one tension everywhere. A real cable that is pulled over a guide leaves it with less:
-T_out = T_in exp(-mu theta), theta the angle by which it turns there. What each straight section of the cable lacks is
-applied as generalized forces, in the pose of the moment: the guides of a straight limb turn no cable, so the angles of
-the reference pose would hardly brake anything.
+A tendon of MuJoCo has the same tension everywhere. A real cable that is pulled over a guide loses tension there: T_out
+= T_in exp(-mu theta), with theta the angle by which the cable turns. The loss of tension in each straight section of
+the cable is applied as generalized forces, computed for the current pose. Angles of the reference pose would have
+hardly any effect, because the guides of a straight limb do not turn the cable.
 
 Source: capstan equation (Euler 1762, Eytelwein 1808); for guide holes of tendon-driven continuum robots see "Cosserat
 Rod-Based Tendon Friction Modeling, Simulation, and Experiments for Tendon-Driven Continuum Robots", Micromachines 16
 (2025) 346, doi 10.3390/mi16030346.
 
-The winch is at the first site of the tendon. Tension is always lost away from the winch, as in a cable that is reeled
-in or held after that. A cable that is paid out loses it towards the winch; this hysteresis is left out.
+The winch is at the first site of the tendon. Tension always decreases away from the winch, as in a cable that is being
+reeled in or held afterwards. In a cable that is paid out, it decreases towards the winch; this hysteresis is not
+modelled.
 """
 
 from __future__ import annotations
@@ -25,24 +26,24 @@ from aidsr.sim.structure import Structure
 from aidsr.tasks.readings import FloatArray
 
 REFRESH_S = 0.004
-"""How long these forces stay as they are [s]. Source: our choice. A light limb that swings four times a second is then
-as close to a simulation with steps of 0.1 ms as steps of 2 ms are anyway (0.3 % of its length). With forces that stay
-for a control step of 40 ms it is as far off as without friction (0.9 and 1 %)."""
+"""Time for which the friction forces are kept constant [s]. Source: our choice. For a light limb that swings at 4 Hz,
+the difference from a simulation with steps of 0.1 ms is then no larger than that of 2 ms steps alone (0.3 % of its
+length). With forces kept for a control step of 40 ms, the error is as large as without friction (0.9 and 1 %)."""
 
 _PULLEY = int(mujoco.mjtWrap.mjWRAP_PULLEY)
 _SHORTEST_M = 1e-9
-"""Points closer than this are one: a section between them has no direction."""
+"""Points closer than this count as one: a section between them has no direction."""
 
 
 class CableFriction:
-    """Applies the friction of cables to simulations of a batch.
+    """Applies the friction of cables to the simulations of a batch.
 
-    Cables are tendons that an actuator pulls on and that run through sites or around geoms; one with a pulley runs
-    without friction.
+    Cables are tendons that an actuator pulls and that run through sites or around geoms. A tendon with a pulley has no
+    friction.
 
     Args:
         batch: The simulations.
-        structure: The robot in their model.
+        structure: Structure of the robot in their model.
     """
 
     def __init__(self, batch: Batch, structure: Structure) -> None:
@@ -59,13 +60,13 @@ class CableFriction:
         ]
         self._tendons = np.array([cable.id for cable in cables], dtype=np.intp)
         self._pulls = np.zeros((model.nactuator, len(cables)))
-        """Tension of each cable for a unit force of each actuator: a negative force pulls."""
+        """Tension of each cable for a unit force of each actuator; a negative actuator force pulls."""
         for row, cable in enumerate(cables):
             self._pulls[list(cable.actuators), row] = -model.actuator_gear[list(cable.actuators), 0]
-        # a geom that the cable touches is two points of its path, one that it does not touch none
+        # a geom adds two points to the path of a cable that touches it, and none otherwise
         longest = [2 * len(tendon_wraps(model, cable.id)) - len(cable.sites) for cable in cables]
         self._sites = np.full((len(cables), max(longest, default=0)), -1, dtype=np.intp)
-        """Sites along each cable, then -1."""
+        """Ids of the sites along each cable, padded with -1."""
         for row, cable in enumerate(cables):
             self._sites[row, : len(cable.sites)] = cable.sites
         self._only_sites = all(len(tendon_wraps(model, cable.id)) == len(cable.sites) for cable in cables)
@@ -74,16 +75,16 @@ class CableFriction:
             batch.bind(field)
 
     def apply(self, ids: NDArray[np.intp], coefficients: FloatArray) -> None:
-        """Set the forces of the next `REFRESH_S`.
+        """Set the friction forces for the next `REFRESH_S`.
 
         Args:
-            ids: Simulations, (n,).
-            coefficients: Of friction, in each of them, (n,).
+            ids: Indices of the simulations, (n,).
+            coefficients: Coefficient of friction in each of them, (n,).
         """
         self._batch.bind("qfrc_applied")[ids] = np.nan_to_num(self._forces(ids, coefficients))
 
     def _forces(self, ids: NDArray[np.intp], coefficients: FloatArray) -> FloatArray:
-        """Return what friction does to each degree of freedom, (n, nv)."""
+        """Return the friction forces as generalized forces, (n, nv)."""
         points, bodies, there = self._paths(ids) if not self._only_sites else self._paths_of_sites(ids)
         step = points[:, :, 1:] - points[:, :, :-1]
         length = _lengths(step)
@@ -101,15 +102,15 @@ class CableFriction:
         return self._generalized(ids, points, force, bodies)
 
     def _paths_of_sites(self, ids: NDArray[np.intp]) -> tuple[FloatArray, NDArray[np.intp], NDArray[np.bool_]]:
-        """Return what `_paths` does, for cables that run through sites alone."""
+        """Return the paths of cables that only run through sites; results as in `_paths`."""
         points = self._batch.bind("site_xpos")[ids[:, None, None], self._sites]
         there = np.broadcast_to(self._sites >= 0, points.shape[:3])
         return points, np.broadcast_to(self._site_body[self._sites], points.shape[:3]), there
 
     def _paths(self, ids: NDArray[np.intp]) -> tuple[FloatArray, NDArray[np.intp], NDArray[np.bool_]]:
-        """Return the points of each cable's path, the body of each, and whether there is one.
+        """Return the points of each cable's path, the body of each point, and whether the point exists.
 
-        (n, n_cables, n_points, 3) [m], and twice (n, n_cables, n_points).
+        Shapes: (n, n_cables, n_points, 3) [m], and twice (n, n_cables, n_points).
         """
         first, count = (
             self._batch.bind(name)[ids][:, self._tendons].astype(np.intp)[..., None]
@@ -129,7 +130,8 @@ class CableFriction:
     ) -> FloatArray:
         """Return forces at points as generalized forces, (n, nv).
 
-        Source: MuJoCo documentation, mjData.cdof: rotation, then translation at the centre of mass of the whole tree.
+        Source: MuJoCo documentation, mjData.cdof: rotation, then translation at the centre of mass of the whole
+        kinematic tree.
         """
         n = len(ids)
         slots = (np.arange(n)[:, None, None] * self._nbody + bodies).ravel()
@@ -149,13 +151,13 @@ def _lengths(vectors: FloatArray) -> FloatArray:
 
 
 def _cross(one: FloatArray, other: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the components of the cross product of vectors, (..., 3) -> (...) each. `np.cross` takes twice as long."""
+    """Return the components of the cross product of vectors, (..., 3) -> (...) each; `np.cross` takes twice as long."""
     (x, y, z), (u, v, w) = np.moveaxis(one, -1, 0), np.moveaxis(other, -1, 0)
     return y * w - z * v, z * u - x * w, x * v - y * u
 
 
 def _moved_bodies(model: mujoco.MjModel) -> FloatArray:
-    """Return 1 where a degree of freedom moves a body, else 0, (nv, nbody)."""
+    """Return a matrix with 1 where a degree of freedom moves a body, else 0, (nv, nbody)."""
     moved = np.zeros((model.nv, model.nbody))
     for body in range(1, model.nbody):
         moved[:, body] = moved[:, model.body_parentid[body]]

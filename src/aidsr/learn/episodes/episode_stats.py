@@ -1,4 +1,4 @@
-"""Statistics of episodes: motion, energy, joint limits. Judged in `plausibility`."""
+"""Statistics of episodes: motion, energy, joint limits. `plausibility` judges them."""
 
 from __future__ import annotations
 
@@ -18,33 +18,33 @@ Ids = NDArray[np.intp]
 
 OVER_RAD = float(np.deg2rad(30.0))
 OVER_LENGTHS = 0.05
-"""How far a hinge or a ball joint, and a slide in characteristic lengths, may go beyond its range. Source:
-docs/rules.md, limit_overrun, for what turns; for slides our choice: as far as a part of that length moves when it
-turns by 3 degrees."""
+"""Allowed overrun of a joint's range: `OVER_RAD` [rad] for a hinge or a ball joint, `OVER_LENGTHS` [characteristic
+lengths] for a slide joint. Source: docs/rules.md, limit_overrun, for rotation; our choice for slides: as far as a part
+of that length moves when it turns by 3 degrees."""
 
 
 @dataclass(frozen=True)
 class EpisodeStats:
-    """Statistics of n episodes, each (n,) unless it says otherwise."""
+    """Statistics of n episodes; arrays are (n,) unless stated otherwise."""
 
     moved: FloatArray
-    """Farthest that any part of the robot came from where it began, seen from its base, or for a free robot in the
-    world / characteristic length."""
+    """Largest displacement of a part of the robot from its start / characteristic length, in the frame of the robot's
+    root, or of the world for a free robot."""
     energy_gain_j: FloatArray
     """Largest rise of mechanical energy that no actuator supplied [J]."""
     work_j: FloatArray
-    """Work that went through the robot's own actuators, both ways added up [J]."""
+    """Work of the robot's own actuators, magnitudes of positive and negative work added up [J]."""
     over_limit: FloatArray
-    """Farthest that a joint of the robot went beyond its range, as a share of what is allowed."""
+    """Largest overrun of a joint's range, as a share of the allowed overrun."""
     qpos: tuple[FloatArray, ...]
-    """Positions at the beginning and after each control step, one (n_frames, nq) for each episode."""
+    """Positions at the start and after each control step, one array (n_frames, nq) for each episode."""
 
 
 class StatsRecorder:
     """Records statistics during a `rollout`; its `update` is the callback.
 
     Args:
-        episodes: Just reset; they record `RECORDED`.
+        episodes: Episodes that have just been reset and that record `RECORDED`.
     """
 
     def __init__(self, episodes: Episodes) -> None:
@@ -55,7 +55,7 @@ class StatsRecorder:
         self._frames: list[list[FloatArray]] = [[row.copy()] for row in episodes.batch.bind("qpos")]
 
     def update(self, result: StepResult) -> None:
-        """Add one control step. Episodes that diverged in it are left out: their numbers mean nothing."""
+        """Add one control step. Episodes that diverged in it are left out, because their values are meaningless."""
         episodes = self._episodes
         good = episodes.stepped[~result.diverged[episodes.stepped]]
         rows = np.isin(episodes.stepped, good)
@@ -77,7 +77,7 @@ class StatsRecorder:
 
 
 class _Motion:
-    """How far the parts of the robot come from where they began."""
+    """Largest displacement of the robot's parts from their start."""
 
     def __init__(self, episodes: Episodes) -> None:
         self._episodes = episodes
@@ -106,13 +106,13 @@ class _Motion:
 
 
 class _Energy:
-    """Whether the energy of the scene rises by more than the actuators put in.
+    """Rise of the scene's energy beyond what the actuators supplied.
 
-    Between two physics steps an actuator does the work of its force over the change of its length, and gravity
-    compensation that of its forces over the change of the joints; damping, friction and contacts only take energy away.
-    Springs are part of MuJoCo's potential energy. Soft contacts and limits give back what was stored in them, which is
-    why a rise within a share of the robot's own work is allowed for (see `plausibility`). A heavy stage that the
-    environment moves does many times as much: it pays, and allows for nothing.
+    Between two physics steps, an actuator does the work of its force over the change of its length, and gravity
+    compensation does the work of its forces over the change of the joints; damping, friction and contacts only remove
+    energy. Springs are part of MuJoCo's potential energy. Soft contacts and limits return energy stored in them, so a
+    rise within a share of the robot's own work is allowed (see `plausibility`). A heavy stage moved by the environment
+    does many times as much work: its work counts as supplied, but does not increase what is allowed.
 
     Source: MuJoCo documentation, Computation, "Energy"; the balance is the first law of mechanics.
     """
@@ -132,7 +132,7 @@ class _Energy:
         pulled = np.concatenate([self._force[ids][:, None], force[:, :-1]], axis=1)
         work_j = pulled * stretched
         lifted_j = (recorded["qfrc_gravcomp"] * recorded["qvel"]).sum(axis=2) * self._timestep_s
-        # a recorded energy is that before its physics step, a recorded velocity that after it
+        # recorded energy is from before its physics step, recorded velocity from after it
         lifted_before_j = np.cumsum(lifted_j, axis=1) - lifted_j
         paid_j = self._paid_j[ids, None] + work_j.sum(axis=2).cumsum(axis=1) + lifted_before_j
         unpaid_j = recorded["energy"].sum(axis=2) - paid_j
@@ -145,7 +145,7 @@ class _Energy:
 
 
 class _Limits:
-    """How far the robot's joints go beyond their ranges."""
+    """Overrun of the robot's joint ranges."""
 
     def __init__(self, episodes: Episodes) -> None:
         model, structure = episodes.model, episodes.structure

@@ -1,7 +1,7 @@
-"""What a real robot has and its simulation leaves out: wrong parameters, delay, and friction of cables at their guides.
+"""Differences between a real robot and its simulation: wrong parameters, delay, and friction of cables at their guides.
 
 A perturbation belongs to one episode. It is drawn from the split and the index of the episode's variation, so the same
-episode is perturbed in the same way for ever.
+episode always has the same perturbation.
 """
 
 from __future__ import annotations
@@ -23,57 +23,59 @@ from aidsr.tasks.readings import FloatArray
 
 TOLERANCE = 0.2
 """Largest error of a parameter, as a share of it. Source: our choice; stiffness and friction of printed parts are
-seldom known better."""
+rarely known more precisely."""
 
 DELAY_S = 0.04
-"""By how much actions come late [s]. Source: our choice: camera, bus and motor driver together, and one control step of
-all tasks but one. Delay of observations would add to it and is not simulated apart: it acts in the same loop."""
+"""Delay of actions [s]. Source: our choice: camera, bus and motor driver together, and one control step of all tasks
+but one. A delay of observations would add to it; it is not simulated separately, because it acts in the same control
+loop."""
 
 CABLE_FRICTIONS = (0.1, 0.3)
 """Coefficients of friction between a cable and its guides. Source: 0.1 is UHMWPE or steel in a PTFE tube
-(aidsr.fabrication.winches.SHEATH_FRICTION); 0.3 is our choice for a line on printed plastic."""
+(aidsr.fabrication.winches.SHEATH_FRICTION); 0.3 is our choice for a cable on printed plastic."""
 
 KINDS: tuple[PerturbationKind, ...] = get_args(PerturbationKind)
 
 _PARAMETERS = ("stiffness", "damping", "friction", "mass", "cable_forces")
 _TAG = 0x0FF
-"""Keeps these draws apart from those of variations, which have the same split and index."""
+"""Part of the seed that separates these draws from those of variations, which have the same split and index."""
 
 Ids = NDArray[np.intp]
 
 
 @dataclass(frozen=True)
 class Perturbation:
-    """How one episode differs from the model. Factors multiply what the model says."""
+    """Difference of one episode from the model. Factors multiply the model's values."""
 
     stiffness: float = 1.0
-    """Of the robot's joints and tendons."""
+    """Factor on the stiffness of the robot's joints and tendons."""
     damping: float = 1.0
-    """Likewise."""
+    """Factor on the damping of the robot's joints and tendons."""
     friction: float = 1.0
-    """Of all contacts."""
+    """Factor on the friction of all contacts."""
     mass: float = 1.0
-    """Of the robot's bodies, their inertia with it."""
+    """Factor on mass and inertia of the robot's bodies."""
     cable_forces: tuple[float, ...] = ()
-    """For each actuator of `Structure.tendon_actuators`, each with an error of its own; none leaves them."""
+    """Factors on the force of each actuator of `Structure.tendon_actuators`; an empty tuple leaves the forces
+    unchanged."""
     delay_s: float = 0.0
-    """An action drives the actuators this much later [s]; a whole number of control steps."""
+    """Delay between an action and its effect on the actuators [s]; a whole number of control steps."""
     cable_friction: float = 0.0
     """Coefficient of friction between cables and guides."""
 
     def only(self, *names: str) -> Perturbation:
-        """Return the same with some of its fields, the others as in the model."""
+        """Return a perturbation with only the named fields; the others are as in the model."""
         return Perturbation(**{name: getattr(self, name) for name in names})
 
     @property
     def changes_model(self) -> bool:
-        """Whether a parameter of the model differs."""
+        """Whether a parameter of the model is changed."""
         return any(getattr(self, name) not in (1.0, ()) for name in _PARAMETERS)
 
 
 @dataclass(frozen=True)
 class PerturbedVariation(Variation):
-    """A variation in a perturbed scene."""
+    """A variation with a perturbation."""
 
     perturbation: Perturbation = Perturbation()
 
@@ -84,15 +86,15 @@ class PerturbedVariation(Variation):
 
 
 def perturbation_of(variation: Variation) -> Perturbation:
-    """Return what perturbs an episode."""
+    """Return the perturbation of an episode's variation."""
     return variation.perturbation if isinstance(variation, PerturbedVariation) else Perturbation()
 
 
 def perturbed(task: Task, structure: Structure, kind: PerturbationKind, split: Split, index: int) -> PerturbedVariation:
-    """Return a variation of a task with one kind of perturbation, the same for ever.
+    """Return a variation of a task with one kind of perturbation; equal arguments give an equal perturbation.
 
-    An episode has the same factors in "stiffness" and in "combined", which is all factors, the delay and the lower
-    cable friction together.
+    The kind "combined" has all factors, the delay and the lower cable friction together. Its factors are those that the
+    same episode has in the single kinds, such as "stiffness".
     """
     rng = _rng(split, index)
     parameters = _parameters(rng, structure)
@@ -114,10 +116,10 @@ def perturbed(task: Task, structure: Structure, kind: PerturbationKind, split: S
 
 
 def randomized(task: Task, structure: Structure, index: int) -> PerturbedVariation:
-    """Return a development variation with a perturbation of every kind, to train with.
+    """Return a development variation with a perturbation of every kind, for training.
 
-    Factors are drawn as for an evaluation, the delay is there in half of the episodes, and the friction of cables is
-    anything from none to the higher one.
+    Factors are drawn as for an evaluation. Half of the episodes have the delay, and cable friction is uniform between 0
+    and the higher coefficient.
     """
     rng = _rng("development", index)
     parameters = _parameters(rng, structure)
@@ -133,7 +135,7 @@ def _rng(split: Split, index: int) -> np.random.Generator:
 
 
 def _parameters(rng: np.random.Generator, structure: Structure) -> Perturbation:
-    """Draw an error of each parameter, evenly between the limits."""
+    """Draw an error of each parameter, uniformly within `TOLERANCE`."""
     stiffness, damping, friction, mass, *cables = rng.uniform(
         1.0 - TOLERANCE, 1.0 + TOLERANCE, 4 + len(structure.tendon_actuators)
     ).tolist()
@@ -145,21 +147,21 @@ def _parameters(rng: np.random.Generator, structure: Structure) -> Perturbation:
 
 @dataclass(frozen=True)
 class _Scaled:
-    """Part of a field of MjModel that a factor multiplies."""
+    """Part of a field of MjModel that is multiplied by a factor."""
 
     field: str
     ids: tuple[int, ...]
     factor: str
-    """Field of `Perturbation`."""
+    """Name of the field of `Perturbation` that is the factor."""
     columns: tuple[int, ...] = ()
-    """Of a field with several numbers for each object; none names all."""
+    """Columns of a field with several numbers for each object; an empty tuple means all of them."""
 
 
 def _scaled_fields(model: mujoco.MjModel, structure: Structure) -> tuple[_Scaled, ...]:
-    """Return what the parameters of a perturbation multiply.
+    """Return the parts of MjModel that the parameters of a perturbation multiply.
 
-    A cable's force is gain x activation + bias within its range, so all three are scaled. For a muscle that is the
-    numbers of its peak force; of actuators of other kinds only the range is.
+    A cable's force is gain x activation + bias, limited to its range, so all three are scaled. For a muscle, these are
+    the parameters of its peak force; for actuators of other kinds, only the range is scaled.
     """
     joints, tendons = structure.joints, tuple(tendon.id for tendon in structure.tendons)
     dofs = tuple(int(i) for i in np.flatnonzero(np.isin(model.dof_jntid, joints)))
@@ -201,7 +203,7 @@ class PerturbedModels:
 
     Args:
         batch: The simulations.
-        structure: The robot in their model.
+        structure: Structure of the robot in their model.
     """
 
     def __init__(self, batch: Batch, structure: Structure) -> None:
@@ -211,17 +213,17 @@ class PerturbedModels:
         self._written = False
 
     def restore(self, rows: Ids) -> None:
-        """Write the model's own parameters, before variations write theirs."""
+        """Reset the scaled fields to the model's own values, before variations write theirs."""
         if self._written:
             for name in {one.field for one in self._scaled}:
                 self._batch.expand(name)[rows] = getattr(self._batch.model, name)
 
     def write(self, rows: Ids, perturbations: Sequence[Perturbation]) -> None:
-        """Multiply what the model and its variations say.
+        """Multiply the values of the model and its variations.
 
         Args:
-            rows: Simulations that have just been reset, (n,).
-            perturbations: One for each of them.
+            rows: Indices of simulations that have just been reset, (n,).
+            perturbations: One perturbation for each of them.
         """
         if not any(one.changes_model for one in perturbations):
             return
@@ -250,25 +252,25 @@ class PerturbedModels:
 
 
 class DelayLine:
-    """Actions on their way to the actuators.
+    """Delay between the policy's actions and the actuators.
 
     Args:
-        rest: The action before the first one, (k,).
-        n: Episodes.
+        rest: Action before the first one, (k,).
+        n: Number of episodes.
         control_dt_s: Time between two actions [s].
     """
 
     def __init__(self, rest: FloatArray, n: int, control_dt_s: float) -> None:
         self._rest, self._control_dt_s = rest, control_dt_s
         self._sent = [np.tile(rest, (n, 1))]
-        """Actions, the latest first, (n, k) each."""
+        """Past actions, the latest first, (n, k) each."""
         self._steps = np.zeros(n, dtype=np.intp)
 
     def reset(self, rows: Ids, perturbations: Sequence[Perturbation]) -> None:
-        """Start some episodes, at rest.
+        """Restart some episodes, with actions at rest.
 
         Raises:
-            ValueError: A delay is no whole number of control steps.
+            ValueError: A delay is not a whole number of control steps.
         """
         for row, one in zip(rows.tolist(), perturbations, strict=True):
             steps = one.delay_s / self._control_dt_s
@@ -283,6 +285,6 @@ class DelayLine:
             sent[rows] = self._rest
 
     def send(self, action: FloatArray) -> FloatArray:
-        """Take an action and return the one that arrives meanwhile, (n, k) both."""
+        """Add an action and return the delayed one that drives the actuators now, (n, k) both."""
         self._sent = [action.copy(), *self._sent[:-1]]
         return np.array(self._sent)[self._steps, np.arange(len(self._steps))]

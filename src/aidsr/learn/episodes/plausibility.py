@@ -1,4 +1,4 @@
-"""Whether the motion of a policy is plausible: the paper's "valid", as checks."""
+"""Checks whether the motion of a policy is plausible, which the paper calls "valid"."""
 
 from __future__ import annotations
 
@@ -20,51 +20,56 @@ from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.readings import FloatArray
 
 MOVED_LENGTHS = 0.02
-"""A robot that moves less than this share of its length stays still. Source: docs/tasks.md, after the paper's word."""
+"""A robot that moves less than this share of its length counts as not moving. Source: docs/tasks.md, after the paper's
+wording."""
 
 TRAINING_DIVERGED = 0.01
-"""Share of training episodes that may diverge. Source: docs/tasks.md."""
+"""Largest share of training episodes that may diverge. Source: docs/tasks.md."""
 
 ENERGY_OF_WEIGHT = 0.05
 ENERGY_OF_WORK = 0.1
-"""Rise of energy that no actuator supplied, of weight x length and of the robot's work, that is allowed together.
+"""Allowed rise of energy that no actuator supplied: the sum of these shares, of weight x length and of the robot's
+work.
 
 Source: the first is the validator's energy_growth; the second is our choice. Soft contacts store energy that the
-balance does not see: five fingers that squeeze a body and let it pop out gave back 0.07 of their work at most, robots
-that squeeze nothing below 0.002."""
+balance does not include: five fingers that squeeze a body until it slips out gave back 0.07 of their work at most,
+robots that squeeze nothing below 0.002.
+"""
 
 OUTLIERS = 0.05
-"""Share of episodes, the worst ones, that the checks of energy, joints and overlap each ignore, won or lost. Our
-choice: a gripper that won 17 of 20 with a balance off by 0.2 % of the work had been called an exploit for 11 % in an
-episode it lost."""
+"""Share of episodes, the worst ones, that each of the checks of energy, joints and overlap ignores, whether they
+succeeded or not. Our choice: a gripper that succeeded in 17 of 20 episodes, with an energy balance off by 0.2 % of the
+work, had been called an exploit because of 11 % in an unsuccessful episode."""
 
 START_LENGTHS = 0.5
-"""How far from its mount a robot may start: the centre of mass of a free one beside it, the nearest part of a held one
-from it, in lengths of the robot. Source: our choice: a worm that is held by one of its ends."""
+"""Largest distance from its mount at which a robot may start, in lengths of the robot: horizontal distance of the
+centre of mass for a free robot, distance of the nearest part for a held one. Source: our choice: a worm that is held at
+one of its ends."""
 
 CARRIED = 0.5
-"""Moving mass behind the functional part, as a share of all, where only that part's touch counts. Source: our choice:
-a tip carries a tenth, and a hub carries all."""
+"""Largest moving mass from the functional part outwards, as a share of all moving mass, where only that part's contacts
+count. Source: our choice: a tip carries a tenth, and a hub carries everything."""
 
 _ASIDE = "one episode in twenty aside"
 _TOO_FEW = "too few successful episodes to tell"
 
 SURVIVING = 0.5
-"""Successes there must be in other physics, as a share of those in the scene's own. Source: our choice, the same half
-that makes a design successful."""
+"""Successes required with changed physics, as a share of those with the scene's own physics. Source: our choice, the
+same half that makes a design successful."""
 FEWEST_SUCCESSES = 4
-"""So many must there be to ask. Our choice: a policy that brushed one wall of twenty by luck was called an exploit,
-while one that brushed none was not. Luck remains: who wins a fifth of twenty episodes by chance alone, in any physics,
-fails here about one time in ten; who wins half of them hardly ever."""
+"""Number of successes from which the check is applied. Our choice: a policy that brushed one wall of twenty by luck was
+called an exploit, while one that brushed none was not. Chance remains: a policy that succeeds in a fifth of twenty
+episodes by chance alone, with any physics, fails this check about one time in ten; one that succeeds in half of them
+hardly ever."""
 
 VANISHED = 0.1
-"""Successes there may be without cables or with a locked body, as a share of those with them. Our choice: above none,
-since a variation may be so easy that the rest of a motion solves it by luck; far below half, where chance would do as
+"""Successes allowed without cables or with a locked body, as a share of those with them. Our choice: above zero,
+because a variation may be so easy that the remaining motion solves it by luck; far below half, where luck would do as
 much as the cables."""
 
 
 def _max_without_outliers(values: FloatArray) -> float:
-    """Return the largest of the episodes' values without the worst ones, a share of `OUTLIERS`."""
+    """Return the largest value of the episodes after removing the worst ones, a share of `OUTLIERS`."""
     return float(np.sort(values)[len(values) - 1 - int(OUTLIERS * len(values) + 1e-9)])
 
 
@@ -74,7 +79,7 @@ def _at_most(limit: float, name: str, measured: float, message: str, unit: str =
 
 
 def training_check(episodes: int, diverged: int) -> PlausibilityCheck:
-    """Whether the simulation held while the policy learned."""
+    """Check that the simulation was stable while the policy learned."""
     message = f"the simulation broke down in {diverged} of {episodes} training episodes"
     return _at_most(TRAINING_DIVERGED, "training_stable", diverged / max(episodes, 1), message)
 
@@ -82,7 +87,7 @@ def training_check(episodes: int, diverged: int) -> PlausibilityCheck:
 def behavior_checks(
     outcomes: EpisodeOutcomes, stats: EpisodeStats, structure: Structure
 ) -> tuple[PlausibilityCheck, ...]:
-    """Whether the simulation held, the robot moved, gained no energy from nothing and kept to its joints' ranges."""
+    """Check that the simulation was stable and the robot moved, gained no energy and respected its joint ranges."""
     moved = float(np.median(stats.moved))
     weight_j = structure.mass_kg * 9.81 * structure.characteristic_length_m
     allowed_j = ENERGY_OF_WEIGHT * weight_j + ENERGY_OF_WORK * stats.work_j
@@ -116,16 +121,16 @@ def penetration_check(
     dt_s: float,
     frames: int = 100,
 ) -> PlausibilityCheck:
-    """Whether bodies stayed out of each other; if not, which did not, and in which episode when.
+    """Check that bodies do not overlap deeply; if they do, name the bodies, the episode and the time.
 
     Args:
         models: The scene as varied for each episode.
-        stats: Of these episodes.
-        structure: The robot.
-        indices: Of the episodes' variations.
+        stats: Statistics of these episodes.
+        structure: Structure of the robot.
+        indices: Indices of the episodes' variations.
         dt_s: Time between two positions [s].
-        frames: Checked in each episode, evenly spread. More of them would find the deep overlap of a single
-            control step, and be another benchmark: `BENCHMARK_VERSION` has to change with this number.
+        frames: Number of positions checked in each episode, evenly spaced. More would find the deep overlap of a single
+            control step and thereby change the benchmark: `BENCHMARK_VERSION` has to change with this number.
     """
     ours = set(structure.geoms)
     deepest = []
@@ -152,10 +157,10 @@ def penetration_check(
 
 @dataclass(frozen=True)
 class _Found:
-    """The deepest overlap of an episode."""
+    """Deepest overlap of an episode."""
 
     share: float
-    """Of half the thinner geom's thickness."""
+    """Depth as a share of half the thinner geom's thickness."""
     geoms: tuple[int, ...] = ()
     frame: int = 0
 
@@ -166,10 +171,10 @@ def _body_name(model: mujoco.MjModel, geom: int) -> str:
 
 
 def structure_check(structure: Structure) -> PlausibilityCheck:
-    """Whether the robot is a tendon-driven continuum robot at all.
+    """Check that the robot is a tendon-driven continuum robot.
 
-    Source: docs/validation.md, scope: tendons, driven by actuators, along a series of three turning points or more,
-    in one piece.
+    Source: docs/validation.md, scope: tendons, driven by actuators, along a series of three turning points or more, in
+    one piece.
     """
     joints = structure.longest_series
     whole = bool(structure.tendons) and bool(structure.tendon_actuators) and len(structure.roots) == 1
@@ -186,7 +191,7 @@ def structure_check(structure: Structure) -> PlausibilityCheck:
 
 
 def scope_check(model: mujoco.MjModel, structure: Structure) -> PlausibilityCheck:
-    """Whether nothing but cables and soft limbs drives, holds and carries the robot; see `aidsr.sim.scope`."""
+    """Check that only cables and soft limbs drive, hold and carry the robot; see `aidsr.sim.scope`."""
     findings = find_out_of_scope(model, structure)
     codes = dict.fromkeys(finding.code for finding in findings)
     message = f"out of scope: {', '.join(codes)}" if codes else "nothing but cables drives or holds the robot"
@@ -194,11 +199,11 @@ def scope_check(model: mujoco.MjModel, structure: Structure) -> PlausibilityChec
 
 
 def start_check(model: mujoco.MjModel, structure: Structure) -> PlausibilityCheck:
-    """Whether the robot starts where its task starts, and not at the goal.
+    """Check that the robot starts where its task starts, and not at the goal.
 
     Args:
-        model: The scene. Where its environment has no mount, a robot may start anywhere.
-        structure: Its robot.
+        model: The scene. If its environment has no mount, a robot may start anywhere.
+        structure: Structure of its robot.
     """
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
@@ -221,12 +226,12 @@ def start_check(model: mujoco.MjModel, structure: Structure) -> PlausibilityChec
 
 
 def part_check(model: mujoco.MjModel, structure: Structure, sensors: Sequence[TaskSensor]) -> PlausibilityCheck:
-    """Whether the functional part is a part of the robot and not all of it, where a task counts its touch alone.
+    """Check that the functional part is not the whole robot, where a task counts only that part's contacts.
 
     Args:
         model: The scene.
-        structure: Its robot.
-        sensors: Of the task.
+        structure: Structure of its robot.
+        sensors: Sensors of the task.
     """
     counts = any(sensor.part == "functional_part" and "contact" in sensor.quantity for sensor in sensors)
     share = 0.0
@@ -242,13 +247,13 @@ def part_check(model: mujoco.MjModel, structure: Structure, sensors: Sequence[Ta
 
 
 def exploit_check(name: str, how: str, survived: int, successes: int) -> PlausibilityCheck:
-    """Whether at least half as many episodes succeed when the same physics is computed in another way.
+    """Check that at least half as many episodes succeed when the same physics is computed in another way.
 
     Args:
-        name: Of the check.
+        name: Name of the check.
         how: What was changed, in words.
-        survived: Episodes that succeed then, of the same variations.
-        successes: Episodes that had succeeded; few are no stats.
+        survived: Number of episodes of the same variations that succeed with the change.
+        successes: Number of episodes that succeeded without it; too few give no statistics.
     """
     share = survived / successes if successes >= FEWEST_SUCCESSES else None
     too_few = "; too few to tell luck from an exploit" if share is None else ""
@@ -263,13 +268,13 @@ def exploit_check(name: str, how: str, survived: int, successes: int) -> Plausib
 
 
 def necessity_check(name: str, how: str, left: int, successes: int) -> PlausibilityCheck:
-    """Whether success vanishes, a tenth aside, when a part of the robot does nothing.
+    """Check that success vanishes, except for a tenth, when a part of the robot is disabled.
 
     Args:
-        name: Of the check.
+        name: Name of the check.
         how: What was changed, in words.
-        left: Episodes that still succeed.
-        successes: Episodes that had succeeded and were played again; few are no statistics.
+        left: Number of episodes that still succeed.
+        successes: Number of episodes that had succeeded and were played again; too few give no statistics.
     """
     share = left / successes if successes >= FEWEST_SUCCESSES else None
     message = f"{left} of {successes} successful episodes succeed {how} too" if share is not None else _TOO_FEW
@@ -284,5 +289,5 @@ def necessity_check(name: str, how: str, left: int, successes: int) -> Plausibil
 
 
 def nothing_to_check(name: str, why: str) -> PlausibilityCheck:
-    """Return a check of survival that holds because there is nothing to take away."""
+    """Return a passed check of survival for a robot without the part that would be disabled."""
     return PlausibilityCheck(name=name, passed=True, measured=None, limit=SURVIVING, bound="at least", message=why)

@@ -1,4 +1,4 @@
-"""What every policy observes of its own body, the same for all designs and tasks."""
+"""Proprioception: what every policy observes of its own robot, the same for all designs and tasks."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ _DOF = {int(mujoco.mjtJoint.mjJNT_FREE): 6, int(mujoco.mjtJoint.mjJNT_BALL): 3}
 
 @dataclass(frozen=True)
 class Proprioception:
-    """Which numbers of a simulation are the robot's own.
+    """Indices of the state values of a simulation that belong to the robot.
 
-    Base and joint positions (quaternions as they are) and velocities, tendon lengths and velocities, actuator forces.
-    The base of a robot that hangs from a moving mount are the joints that move the mount.
+    They are base and joint positions (quaternions unchanged) and velocities, tendon lengths and velocities, and
+    actuator forces. The base of a robot on a moving mount is the set of joints that move the mount.
     """
 
     qpos: tuple[int, ...]
@@ -31,7 +31,7 @@ class Proprioception:
 
     @classmethod
     def of(cls, model: mujoco.MjModel, structure: Structure) -> Self:
-        """Return the robot's own numbers in a compiled scene."""
+        """Return the robot's own indices in a compiled scene."""
         joints = [*_carrying_joints(model, structure), *structure.joints]
         return cls(
             qpos=tuple(_columns(model, joints, model.jnt_qposadr, _QPOS)),
@@ -42,11 +42,11 @@ class Proprioception:
 
     @property
     def size(self) -> int:
-        """How many numbers."""
+        """Number of observed values."""
         return len(self.qpos) + len(self.qvel) + 2 * len(self.tendons) + len(self.actuators)
 
     def read(self, batch: Batch) -> FloatArray:
-        """Return the numbers for every simulation of a batch, (n, size)."""
+        """Return the observed values for every simulation of a batch, (n, size)."""
         return np.concatenate(
             [
                 batch.bind("qpos")[:, list(self.qpos)],

@@ -1,4 +1,4 @@
-"""One episode, recorded so that it can be looked at: positions, cables, contacts, progress, and when the goal holds."""
+"""Recording of one episode for viewing: positions, cables, contacts, progress, and when the goal holds."""
 
 from __future__ import annotations
 
@@ -18,32 +18,32 @@ from aidsr.sim.tendon_tension import tensions_n
 from aidsr.tasks.readings import FloatArray
 
 STATE = ("qpos", "qvel", "act")
-"""What the episodes must record of each physics step."""
+"""Fields that the episodes must record in each physics step."""
 _MOST_ROWS = 4000
-"""Of one episode. Our choice: more than a screen has columns."""
+"""Maximum number of rows of one episode. Our choice: more than a screen has columns."""
 
 
 def record_rollout(episodes: Episodes, policy: Policy, mjcf: str, variation: int) -> bytes:
-    """Let a policy play a single episode, and return it as an .npz archive.
+    """Play a single episode with a policy and return it as an .npz archive.
 
-    The archive has no pickled objects. Rows are `frame_s` [s] apart, up to ten in each control step: `qpos`
-    (n, nq), `ctrl` (n, nu), `tension_n` (n, ntendon) [N], `progress` (n,), 0 to 1, `holds` (n,), whether the goal holds
-    at that moment. `contacts` (m, 7) are those of the robot with anything else: row, point (3) [m], force on the robot
-    (3) [N]. `variation` is its index, `ended` how the episode ended, and `mjcf` the scene with what the variation moved
-    or resized.
+    The archive has no pickled objects. Rows are `frame_s` [s] apart, up to ten in each control step: `qpos` (n, nq),
+    `ctrl` (n, nu), `tension_n` (n, ntendon) [N], `progress` (n,), 0 to 1, `holds` (n,), whether the goal holds at that
+    moment. `contacts` (m, 7) are those of the robot with anything else: row, point (3) [m], force on the robot (3) [N].
+    `variation` is the variation's index, `ended` how the episode ended, and `mjcf` the scene with the objects that the
+    variation moved or resized changed.
 
     Args:
-        episodes: One, just made or reset, with `record=STATE`.
-        policy: Decides what the actuators do.
-        mjcf: The scene.
-        variation: Index of the variation, to be kept with it.
+        episodes: A single episode, just created or reset, with `record=STATE`.
+        policy: Policy that drives the actuators.
+        mjcf: MJCF of the scene.
+        variation: Index of the variation, stored in the archive.
     """
     recorder = Recorder(episodes)
     outcomes = rollout(episodes, policy, recorder.update)
     archive = io.BytesIO()
     np.savez_compressed(
         archive,
-        **recorder.arrays(),  # type: ignore[arg-type]  # the stub takes the names of arrays for its other option
+        **recorder.arrays(),  # type: ignore[arg-type]  # the type stub mistakes the names of arrays for its other option
         frame_s=np.float64(recorder.frame_s),
         variation=np.int64(variation),
         ended=np.array(outcomes.result(0, variation).ended),
@@ -57,7 +57,7 @@ class Recorder:
     """Records a single episode during a `rollout`; its `update` is the callback.
 
     Args:
-        episodes: One, just reset.
+        episodes: A single episode, just reset.
     """
 
     episodes: Episodes
@@ -75,7 +75,7 @@ class Recorder:
         self._record({name: batch.bind(name)[0] for name in STATE}, batch.bind("ctrl")[0], 0.0, holds=False)
 
     def update(self, result: StepResult) -> None:
-        """Add one control step; one in which the simulation diverged is left out."""
+        """Add one control step; a step in which the simulation diverged is left out."""
         if result.diverged[0]:
             return
         ctrl = self.episodes.batch.bind("ctrl")[0]
@@ -84,7 +84,7 @@ class Recorder:
             self._record(state, ctrl, float(result.progress[0]), holds=bool(self.episodes.holds[0]))
 
     def arrays(self) -> dict[str, NDArray[np.float32]]:
-        """Return what was recorded, as `record_rollout` has it."""
+        """Return the recorded arrays, as described in `record_rollout`."""
         contacts = [np.insert(row["contacts"], 0, index, axis=1) for index, row in enumerate(self._rows)]
         rows = {
             name: np.array([row[name] for row in self._rows], np.float32)

@@ -1,4 +1,4 @@
-"""Whole episodes from reset to end, without learning."""
+"""Rollouts of whole episodes from reset to end, without learning."""
 
 from __future__ import annotations
 
@@ -24,47 +24,47 @@ class Policy(Protocol):
 
 @dataclass(frozen=True)
 class Constant:
-    """Always the same action, (k,): with the action at rest, a body that does nothing."""
+    """Policy with a constant action, (k,); with the action at rest, the robot is idle."""
 
     action: FloatArray
 
     def act(self, observation: NDArray[np.floating]) -> FloatArray:
-        """Return it for each observation, (n, k)."""
+        """Return the action for each observation, (n, k)."""
         return np.tile(self.action, (len(observation), 1))
 
 
 @dataclass(frozen=True)
 class EpisodeOutcomes:
-    """How n episodes went, each (n,)."""
+    """Outcomes of n episodes, each array (n,)."""
 
     success: BoolArray
     failure: BoolArray
     diverged: BoolArray
     progress: FloatArray
-    """At the end, 0 to 1."""
+    """Progress at the end, 0 to 1."""
     best_progress: FloatArray
-    """Largest at any time."""
+    """Largest progress at any time, 0 to 1."""
     reward: FloatArray
-    """Sum over the episode."""
+    """Sum of the rewards."""
     time_s: FloatArray
-    """How long the episode lasted [s]."""
+    """Duration of the episode [s]."""
     held_s: FloatArray
-    """The longest that the goal held without a break [s]."""
+    """Longest time for which the goal held without a break [s]."""
     reached: NDArray[np.object_]
-    """The stage that it came to, in words."""
+    """Stage of the task that the episode reached, in words."""
     passed: NDArray[np.object_]
-    """Limits that it passed, a tuple of `PassedLimit` each."""
+    """Limits that the episode violated, a tuple of `PassedLimit` each."""
 
     def rows(self, rows: slice) -> Self:
-        """Return some of the episodes."""
+        """Return the outcomes of some of the episodes."""
         return type(self)(*(getattr(self, one.name)[rows] for one in fields(self)))
 
     def result(self, row: int, variation: int) -> EpisodeResult:
-        """Return how one episode went.
+        """Return the outcome of one episode.
 
         Args:
-            row: Which.
-            variation: Index of its variation, to be kept with it.
+            row: Row of the episode.
+            variation: Index of its variation, stored in the result.
         """
         ends = (("diverged", self.diverged), ("succeeded", self.success), ("failed", self.failure))
         return EpisodeResult(
@@ -83,11 +83,11 @@ class EpisodeOutcomes:
 def rollout(
     episodes: Episodes, policy: Policy, callback: Callable[[StepResult], None] = lambda _result: None
 ) -> EpisodeOutcomes:
-    """Step the running episodes to their ends.
+    """Step all running episodes to their ends.
 
     Args:
-        episodes: Just reset.
-        policy: Decides on the actions.
+        episodes: Episodes that have just been reset.
+        policy: Policy that chooses the actions.
         callback: Called after every control step.
     """
     n = episodes.n

@@ -1,4 +1,4 @@
-"""A scene as training and evaluation take it: text, compiled model, task, and what an action drives."""
+"""A scene for training and evaluation: text, compiled model, task, and mapping of actions."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ from aidsr.tasks.readings import FloatArray, Reader
 
 @dataclass(frozen=True, eq=False)
 class TaskScene:
-    """A robot in the environment of a task, ready to be learned with.
+    """A robot in the environment of a task, ready for simulation.
 
-    The safe loader checks the text once more, then it is compiled and stepped in this process: `aidsr.probe`,
-    `aidsr.train` and `aidsr.evaluate` make one in a child process with limits.
+    The safe loader checks the text again; then it is compiled and stepped in this process. `aidsr.probe`, `aidsr.train`
+    and `aidsr.evaluate` create a scene in a child process with limits.
     """
 
     mjcf: str
@@ -59,8 +59,8 @@ class TaskScene:
             grouping: See `map_actions`.
 
         Raises:
-            UserError: There is no such file or task, or the scene is not one of this task at this level.
-            MjcfError: The scene cannot be loaded, or a sensor of it is called as one of the task's is and measures
+            UserError: There is no such file or task, or the scene does not belong to this task at this level.
+            MjcfError: The scene cannot be loaded, or one of its sensors has the name of a task sensor and measures
                 something else.
         """
         task = load_task(task, level) if isinstance(task, str) else task
@@ -72,7 +72,7 @@ class TaskScene:
         return cls(mjcf, task, model, map_actions(model, task, groups, grouping))
 
     def with_actions(self, groups: Sequence[ActuatorGroup], groups_from: GroupsFrom) -> Self:
-        """Return the scene with actions as a training has recorded them.
+        """Return the scene with the mapping of actions that a training has recorded.
 
         Raises:
             UserError: The scene lacks an actuator.
@@ -80,24 +80,24 @@ class TaskScene:
         return replace(self, actions=recorded_actions(self.model, groups, groups_from))
 
     def with_hold(self, hold_steps: int) -> Self:
-        """Return the scene with actions that are held for some control steps."""
+        """Return the scene with actions that are held for several control steps."""
         return replace(self, actions=replace(self.actions, hold_steps=hold_steps))
 
     def with_base(self, base: OpenLoop | None, correction: float = 1.0) -> Self:
-        """Return the scene with actions that correct a motion, see `ActionMap.corrected`; with None they are all."""
+        """Return the scene with actions that correct a motion, see `ActionMap.corrected`; None removes it."""
         return replace(self, actions=replace(self.actions, base=base, correction=correction))
 
     @property
     def fingerprint(self) -> str:
-        """SHA-256 of the scene's text: identifies the scene that a policy was trained on."""
+        """SHA-256 of the scene's text; it identifies the scene that a policy was trained on."""
         return hashlib.sha256(self.mjcf.encode()).hexdigest()
 
 
 def _check_outline(model: mujoco.MjModel, task: Task) -> None:
-    """Refuse a robot without a surface where the task measures by it.
+    """Refuse a robot without a solid surface where the task measures that surface.
 
     Raises:
-        UserError: It has none.
+        UserError: The robot has none.
     """
     if task.needs_outline and not Reader.of(task, model).geoms:
         raise UserError(
@@ -107,11 +107,11 @@ def _check_outline(model: mujoco.MjModel, task: Task) -> None:
 
 
 def read_mjcf_text(scene: str | Path) -> str:
-    """Return an MJCF text, given as itself or as the path of its file.
+    """Return MJCF text that is given directly or as the path of a file.
 
     Raises:
         UserError: There is no such file.
-        MjcfError: It is too large.
+        MjcfError: The text is too large.
     """
     if isinstance(scene, str) and ("<" in scene or not scene.strip()):
         return scene
@@ -119,16 +119,16 @@ def read_mjcf_text(scene: str | Path) -> str:
 
 
 def _with_sensors(mjcf: str, task: Task) -> str:
-    """Return the MJCF of a scene, with those sensors of a task that it does not have yet.
+    """Return the MJCF of a scene, with the task's sensors added where they are missing.
 
     Raises:
-        UserError: The scene is not one of this task at this level, or holds no robot.
+        UserError: The scene does not belong to this task at this level, or contains no robot.
         MjcfError: The scene cannot be loaded.
     """
     try:
         root = parse_document(mjcf).root
     except MjcfError:
-        return mjcf  # loading it reports every fault
+        return mjcf  # the loader reports every fault
     names = {element.get("name") for element in root.iter(etree.Element)}
     missing = [name for name in task.required_names if name not in names]
     if missing:
@@ -149,10 +149,10 @@ def _with_sensors(mjcf: str, task: Task) -> str:
 
 
 def _check_edits(root: etree._Element, task: Task) -> None:
-    """Refuse a scene whose environment has other numbers than the task at its level: it would be another job.
+    """Refuse a scene whose environment has other values than the task's level, because it would be another task.
 
     Raises:
-        UserError: It has.
+        UserError: A value differs.
     """
     for place, attributes in task.edits.items():
         element, _, name = place.partition("/")
@@ -168,10 +168,10 @@ def _check_edits(root: etree._Element, task: Task) -> None:
 
 
 def _check_environment(model: mujoco.MjModel, task: Task) -> None:
-    """Refuse a scene that changes anything around the robot: it would make the job easier.
+    """Refuse a scene whose environment differs from the task's: the change could make the task easier.
 
     Raises:
-        UserError: It does.
+        UserError: Something differs.
     """
     change = find_environment_change(model, _compiled(task.environment))
     if change:

@@ -1,4 +1,4 @@
-"""A scene as one episode has it, for pictures."""
+"""MJCF of a scene as one episode has it, for pictures."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ _VISIBLE = {
     "geom_size": "geom",
     "site_pos": "site",
 }
-"""Element behind a field of MjModel whose change can be seen. Masses and friction cannot; positions in `qpos` are drawn
-from the motion itself."""
+"""MJCF element for each field of MjModel whose change is visible. Changes of mass and friction are not; positions in
+`qpos` are drawn from the recorded motion."""
 
 
 def varied_mjcf(mjcf: str, variation: Variation) -> str:
-    """Return the text of a scene with what a variation moves or resizes, for pictures of it."""
+    """Return the MJCF of a scene with the objects that a variation moves or resizes changed, for pictures."""
     root = parse_document(mjcf).root
     elements = {(str(e.tag), e.get("name")): e for e in root.iter(etree.Element) if e.get("name")}
     for change in variation.changes:

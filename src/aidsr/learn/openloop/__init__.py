@@ -1,9 +1,9 @@
-"""How far a body gets on its task without learning: many open-loop motions, played at once.
+"""How far a robot gets on its task without learning: many open-loop motions, played in parallel.
 
-motion     one motion: pulls that ramp from one value to another, with a sinusoid on top
-searching  random motions first, then the cross-entropy method around the best
-report     what came out, kept as probe.json
-script     the notation of motions that are written by hand
+motion         one motion: each group ramps from one value to another, with a sinusoid on top
+motion_search  random motions first, then the cross-entropy method around the best
+report         the result, kept as probe.json
+script         the notation of motions written by hand
 """
 
 from aidsr.learn.openloop.isolated_probe import probe

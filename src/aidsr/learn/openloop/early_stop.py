@@ -1,4 +1,4 @@
-"""When a motion of the search is stopped: its variation is solved, or it makes no progress any more."""
+"""Early stopping of motions in the search: when the variation is solved, or when progress has stalled."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from aidsr.learn.episodes.batch import Episodes, StepResult
 from aidsr.learn.openloop.motion import Motions
 
 _MIN_GAIN = 0.005
-"""Change of progress that counts as any. Our choice: a body that needs the whole time of its task gains several times
-as much in the time that is waited for."""
+"""Smallest change of progress that counts as a change. Our choice: a robot that needs the whole time limit of its task
+gains several times as much within the waiting time."""
 _SETTLING_S = 1.0
-"""Time that a body has after its motion, and the hold of its task, to come to rest. Our choice."""
+"""Time for a robot to come to rest after its motion, in addition to the task's hold time [s]. Our choice."""
 
 
 class EarlyStop:
-    """Stops episodes early; a callback for every control step.
+    """Callback for every control step that stops episodes early.
 
-    A variation that a motion has solved needs no other motion: those still running in it stop. A motion stops when its
-    ramp is over and progress has not changed for the hold of the task and a second, and one period longer if it swings.
+    Once a motion has solved a variation, the other episodes of that variation stop. A motion also stops when its ramp
+    is over and progress has not changed for the task's hold time plus one second, plus one period if it swings.
 
     Args:
-        episodes: Just reset; one motion is played in each.
-        motions: Those motions.
-        variations: Index of the variation that each is searched for, (n,).
+        episodes: Episodes that have just been reset; each plays one motion.
+        motions: Motions that the episodes play.
+        variations: Index of the variation that each motion is searched for, (n,).
     """
 
     def __init__(self, episodes: Episodes, motions: Motions, variations: NDArray[np.intp]) -> None:
@@ -37,7 +37,7 @@ class EarlyStop:
         self._progress = np.zeros(episodes.n)
 
     def __call__(self, result: StepResult) -> None:
-        """Stop the episodes that have solved their variation or stalled."""
+        """Stop the episodes that have stalled or whose variation is solved."""
         changed = np.abs(result.progress - self._progress) > _MIN_GAIN
         self._progress = np.where(changed, result.progress, self._progress)
         self._changed_s = np.where(changed, np.maximum(result.time_s, self._changed_s), self._changed_s)

@@ -1,7 +1,7 @@
-"""In which phase of a task a body fails, and which role can change that.
+"""Attribution of a failure: the phase of a task in which a robot fails, and the role that can change it.
 
-What is found is an issue as the Judge writes one, with bodies, times and numbers: every team that understands its Judge
-understands it. Components are named as the Judge names them.
+The finding is an issue as the Judge writes one, with bodies, times and numbers, so every team that understands its
+Judge understands it. Components are named as the Judge names them.
 """
 
 from __future__ import annotations
@@ -18,24 +18,25 @@ from aidsr.tasks.readings import TOUCH_N
 
 Phase = Literal["never_reached", "no_force", "wrong_way", "slipped", "unstable", "not_forward"]
 _LOST = 0.1
-"""Progress that is lost again after a slip. Our choice: more than an episode wavers by."""
+"""Loss of progress that counts as a slip. Our choice: more than the progress of an episode fluctuates."""
 _FIRM_N = 0.5
-"""Sustained force from which a body is not called weak whatever its target needs. Our choice: more than a limb's weight
-presses."""
+"""Sustained force from which a robot does not count as weak, whatever its target needs [N]. Our choice: more than the
+weight of a limb."""
 _MOVED_M = 0.002
-"""What a target may give by contacts and play alone. Our choice: a quarter of the shortest way of a task."""
+"""Displacement of a target that contacts and play alone can explain [m]. Our choice: a quarter of the shortest travel
+in a task."""
 _ONWARD = 0.02
-"""Progress of a free robot that moves forward at all. Our choice: more than swaying in place brings."""
+"""Smallest progress of a free robot that counts as moving forward. Our choice: more than swaying in place yields."""
 _HARDLY_M = 0.02
-"""A free robot that travelled less has not moved. Our choice: below a tenth of any body's length."""
+"""Distance below which a free robot counts as not having moved [m]. Our choice: below a tenth of any robot's length."""
 
 
 def attribute_failure(task: Task, trace: Trace) -> tuple[Phase, CritiqueIssue]:
-    """Return the phase in which an episode that fell short ended, and which role should change what.
+    """Return the phase in which an unsuccessful episode ended, and an issue for the role that should change something.
 
     Args:
-        task: The task.
-        trace: The best motion, recorded.
+        task: Task of the episode.
+        trace: Recorded episode with the best motion.
     """
     end = trace.steps[-1]
     if trace.outcomes.diverged[0]:
@@ -62,7 +63,7 @@ def _goal_of(task: Task) -> Goal | None:
 
 
 def _is_to_reach(task: Task) -> bool:
-    """Whether the task is a goal about points only."""
+    """Whether the goal of the task consists of points only."""
     goal = _goal_of(task)
     return goal is not None and bool(goal.points) and not goal.bodies
 
@@ -73,7 +74,7 @@ def _wanted_n(task: Task) -> float | None:
 
 
 def _touch(trace: Trace) -> str:
-    """Return what touches what first, and when."""
+    """Return a clause that says which bodies touch which targets first, and when."""
     first = next(step for step in trace.steps if step.force_n >= TOUCH_N)
     return f"{', '.join(first.touching)} touches {', '.join(first.touched)} first at {_s(first.time_s)}"
 
@@ -105,7 +106,7 @@ def _no_force(task: Task, trace: Trace) -> CritiqueIssue:
 
 
 def _wrong_way(task: Task, trace: Trace) -> CritiqueIssue:
-    """Firm enough, but to no effect: the target does not move, or not as the job asks."""
+    """Return the issue of a sustained force without effect: the target does not move, or not as the task requires."""
     stands = f"nothing is gained after {_s(trace.best.time_s)}"
     if isinstance(goal := _goal_of(task), Touch):
         by = "by its functional part" if goal.part == "functional_part" else "in one direction"
@@ -149,7 +150,7 @@ def _never_reached(task: Task, trace: Trace) -> CritiqueIssue:
 
 
 def _held(task: Task, trace: Trace) -> CritiqueIssue:
-    """Nothing to touch, and a root that is held: such a body gains only by bending, or by being freed."""
+    """Return the issue of a held robot without targets: it gains progress only by bending, or by being freed."""
     travelled_m = max(step.travelled_m for step in trace.steps)
     moved = f"its root is held, and its centre of mass moves by no more than {_mm(travelled_m)}"
     if (goal := _goal_of(task)) and goal.robot_travels and task.base in ("any", "free"):

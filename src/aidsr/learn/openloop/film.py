@@ -1,4 +1,4 @@
-"""The best motion of a probe, played once more to be looked at."""
+"""Replay of the best motion of a probe, rendered as pictures or as a video."""
 
 from __future__ import annotations
 
@@ -24,26 +24,26 @@ from aidsr.tasks.targets import targets_of
 from aidsr.tasks.travelling_task import TravellingTask
 
 _LIMITS = Limits(wall_s=300.0, cpu_s=180.0)
-"""Our choice: many times what an episode of the largest built-in body takes."""
+"""Limits of the child process. Our choice: many times what an episode of the largest built-in robot takes."""
 
 
 class Film(Artifact):
-    """One episode as positions."""
+    """Joint positions of one episode, ready to be rendered."""
 
     mjcf: str
-    """The scene with what its variation moves or resizes."""
+    """MJCF of the scene, as the variation of the episode moves and resizes its objects."""
     qpos: tuple[tuple[float, ...], ...]
-    """One row for each control step, beginning with the start."""
+    """Positions (qpos): the first row is the start, then one row for each control step."""
     frames_per_s: float
     shown: tuple[str, ...] = ()
-    """Bodies and sites that must be in sight: targets, and the mount."""
+    """Names of bodies and sites that must be in view: the targets and the mount."""
 
     def strip(self, count: int = 6) -> bytes:
-        """Return a PNG picture of moments side by side."""
+        """Return a PNG filmstrip of `count` moments side by side."""
         return filmstrip(self.mjcf, qpos=self.qpos, frames_per_s=self.frames_per_s, count=count, view=self._view)
 
     def video(self) -> bytes | None:
-        """Return it as MP4, None where there is no OpenGL."""
+        """Return the episode as an MP4 video; None where OpenGL is not available."""
         return video(self.mjcf, qpos=self.qpos, frames_per_s=self.frames_per_s, view=self._view)
 
     @property
@@ -61,12 +61,12 @@ def film(
     groups: tuple[ActuatorGroup, ...] = (),
     grouping: Grouping = "auto",
 ) -> Film:
-    """Return the motion that went best in a variation; the other arguments are those of `probe`.
+    """Replay the best motion of one variation and return the episode; the other arguments are those of `probe`.
 
     Raises:
         UserError: The scene is not one of the task.
         MjcfError: The scene cannot be loaded.
-        IsolationError: It ran past its limits.
+        IsolationError: The replay exceeded its limits.
     """
     placed = TaskScene.of(scene, task, level=level, groups=groups, grouping=grouping)
     variation = placed.task.variation("development", best.episode.variation)
@@ -87,7 +87,7 @@ def film(
 
 
 def _nearest_mount(model: mujoco.MjModel) -> tuple[str, ...]:
-    """Return the mount next to the robot's root, none where the scene has none."""
+    """Return the name of the mount nearest to the robot's root; an empty tuple where the scene has no mount."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     root = data.xpos[read_structure(model).roots[0]]

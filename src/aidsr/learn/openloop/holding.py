@@ -1,4 +1,4 @@
-"""What a motion is worth for a goal of one's own: progress that lasts, and nothing broken on the way."""
+"""Fitness of motions for a user-defined goal: progress that lasts, without breaking rules on the way."""
 
 from __future__ import annotations
 
@@ -13,24 +13,25 @@ from aidsr.tasks.goals.limits import TOLERATED_S
 from aidsr.tasks.readings import FloatArray
 
 _BROKEN = 0.5
-"""Share that is left of progress while something counts against the robot, and for good where it did for too long. Our
-choice: as a failed episode is worth half."""
+"""Factor on progress while something counts against the robot, and permanently once that lasted for too long. Our
+choice: the same factor as for a failed episode."""
 
 
 _SPENT = 0.1
-"""Share that a motion loses that passed a limit for twice as long as is tolerated, and in step before. Our choice: less
-than a stage, so that progress comes first; of motions that come equally far the one that leaves room goes on."""
+"""Share of its fitness that a motion loses when it violates limits for twice the tolerated time or longer, and
+proportionally less below that. Our choice: less than one stage, so that progress comes first; of motions with equal
+progress, the search continues with the one that leaves more margin."""
 
 
 class Holding:
-    """Follows what lasts in n episodes; a callback for every control step.
+    """Callback for every control step that measures how long the progress of n episodes lasts.
 
-    A motion that only passes its goal is worth less than one that stays nearby: the search needs to be told so, since
-    success says nothing until all of the hold is there.
+    A motion that only passes its goal is worth less than one that stays near it. Success does not show this to the
+    search, because it stays False until the goal has held for the whole hold time.
 
     Args:
-        task: Of the goal.
-        n: How many episodes.
+        task: Task with a goal.
+        n: Number of episodes.
     """
 
     def __init__(self, task: GoalTask, n: int) -> None:
@@ -39,7 +40,7 @@ class Holding:
         self._kept, self._best, self._against_s = np.zeros((3, n))
 
     def __call__(self, result: StepResult) -> None:
-        """Take in one control step; rows of episodes that have ended are zero."""
+        """Add one control step; rows of episodes that have ended are zero."""
         against = result.violation > 0.0
         self._against_s += self._task.control_dt_s * against
         broken = against | ((self._against_s > TOLERATED_S) & bool(self._task.goal.limits))
@@ -50,7 +51,10 @@ class Holding:
             self._kept = np.maximum(self._kept, np.min(self._window, axis=0))
 
     def fitness(self, outcomes: EpisodeOutcomes) -> FloatArray:
-        """Return the fitness of motions, (n,): progress kept for the hold of the goal, and the best; plus success."""
+        """Return the fitness of the motions, (n,): mean of kept and best progress; plus success.
+
+        Kept progress is the largest that lasted for the goal's hold time. A motion that diverges has a fitness of -1.
+        """
         progress = (self._kept + self._best) / 2 * np.where(outcomes.failure, _BROKEN, 1.0)
         if self._task.goal.limits:
             progress *= 1.0 - _SPENT * np.clip(self._against_s / (2.0 * TOLERATED_S), 0.0, 1.0)

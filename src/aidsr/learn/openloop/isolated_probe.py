@@ -1,4 +1,4 @@
-"""`probe`: the probe of any scene, in a child process with limits."""
+"""`probe`: the probe of a scene, run in a child process with limits."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from aidsr.tasks import Level, Task
 from aidsr.tasks.travelling_task import TravellingTask, can_travel
 
 _LIMITS = Limits(wall_s=3600.0, cpu_s=math.inf)
-"""Our choice: an hour for a generation of motions, which takes seconds; how many there are is for the caller to say."""
+"""Limits of the child process. Our choice: an hour for each generation of motions, which takes seconds; the caller
+decides how many generations there are."""
 
 
 def probe(
@@ -34,9 +35,10 @@ def probe(
     threads: int = 0,
     listen: Callable[[ProbePoint], None] = lambda _point: None,
 ) -> ProbeReport:
-    """Return how far a body gets on a task without learning, measured in an isolated process.
+    """Return how far a robot gets on a task without learning, measured in an isolated process.
 
-    A task whose class a script or a notebook defines, where no other process can import it, is probed in this process.
+    A task whose class is defined in a script or a notebook cannot be imported by another process; it is probed in this
+    process.
 
     Args:
         scene: MJCF of a robot in the environment of the task, or the path of its file.
@@ -45,9 +47,9 @@ def probe(
         groups: Actuators that act together, as the robot's author declares.
         grouping: "auto" lets actuators act together; "off" gives each a motion of its own.
         candidates: Motions tried for each variation, in whole generations of 16; 128 unless given, with a goal 256.
-        variations: How many development variations.
+        variations: Number of development variations.
         max_steps: Physics steps of all simulations together; 300,000 unless given, with a goal 1,000,000.
-        seed: Of the search.
+        seed: Seed of the search.
         threads: Native threads; 0 takes all processors.
         listen: Called after each generation.
 
@@ -74,7 +76,7 @@ def run_probe(
     threads: int,
     listen: Callable[[ProbePoint], None],
 ) -> ProbeReport:
-    """Do the work of `probe` in this process; the scene is MJCF."""
+    """Run `probe` in this process; the scene is MJCF text."""
     return probe_scene(
         TaskScene.of(scene, task, level=level, groups=groups, grouping=grouping),
         candidates=candidates,

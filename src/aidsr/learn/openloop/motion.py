@@ -1,4 +1,4 @@
-"""Open-loop motions: what each group of actuators does over time, whatever the body feels."""
+"""Open-loop motions: what each group of actuators does over time, independent of observations."""
 
 from __future__ import annotations
 
@@ -13,41 +13,41 @@ from aidsr.core.artifacts import Artifact
 from aidsr.tasks.readings import FloatArray
 
 _DIGITS = 4
-"""Of the numbers of a motion. Our choice: finer than any winch, and still readable."""
+"""Decimal places of the numbers of a motion. Our choice: finer than any winch, and still readable."""
 
 
 class GroupMotion(Artifact):
-    """What one group of actuators does, in actions: -1 to 1 spans the control range, beyond it is cut off."""
+    """Motion of one group of actuators, in actions: -1 to 1 spans the control range, larger values are clipped."""
 
     group: str
     first: float
-    """Until the ramp begins."""
+    """Action before the ramp begins."""
     last: float
-    """Once the ramp has ended."""
+    """Action after the ramp has ended."""
     amplitude: float = 0.0
-    """Of the sinusoid on top."""
+    """Amplitude of the sinusoid on top."""
     phase_rad: float = 0.0
     frequency_hz: float | None = None
-    """Of the sinusoid; that of the motion where the group has none of its own."""
+    """Frequency of the sinusoid [Hz]; None for the frequency of the whole motion."""
 
 
 class Motion(Artifact):
-    """One motion of a body: each group goes from one value to another and swings about it.
+    """One motion of a robot: each group goes from one value to another and swings about it.
 
-    action(t) = first + (last - first) x ramp(t) + amplitude x sin(2 pi frequency t + phase), cut off at -1 and 1
+    action(t) = first + (last - first) x ramp(t) + amplitude x sin(2 pi frequency t + phase), clipped to -1 and 1
     """
 
     begin_s: float
-    """When the ramp begins."""
+    """Start of the ramp [s]."""
     ramp_s: float
-    """How long it takes."""
+    """Duration of the ramp [s]."""
     frequency_hz: float
-    """Of all groups that have none of their own."""
+    """Frequency of all groups without a frequency of their own [Hz]."""
     groups: tuple[GroupMotion, ...]
 
     @property
     def summary(self) -> str:
-        """The motion as one line, and how many of the groups it moves."""
+        """The motion in one line, with the number of groups that it moves."""
         moving = [group for group in self.groups if group.first != group.last or group.amplitude]
         ramps = any(group.first != group.last for group in self.groups)
         swings = any(group.amplitude for group in self.groups)
@@ -59,26 +59,26 @@ class Motion(Artifact):
 
 @dataclass(frozen=True)
 class Motions:
-    """n motions of k groups as arrays, to be played side by side."""
+    """n motions of k groups as arrays, to be played in parallel."""
 
     first: FloatArray
-    """(n, k)."""
+    """Actions before the ramp begins, (n, k)."""
     change: FloatArray
-    """From first to last, (n, k)."""
+    """Difference between last and first action, (n, k)."""
     amplitude: FloatArray
-    """(n, k)."""
+    """Amplitudes of the sinusoids, (n, k)."""
     phase_rad: FloatArray
-    """(n, k)."""
+    """Phases of the sinusoids at time 0 [rad], (n, k)."""
     frequency_hz: FloatArray
-    """One for all groups, (n, 1), or one for each, (n, k)."""
+    """Frequencies of the sinusoids [Hz], one for all groups, (n, 1), or one for each group, (n, k)."""
     begin_s: FloatArray
-    """(n,)."""
+    """Starts of the ramps [s], (n,)."""
     ramp_s: FloatArray
-    """(n,)."""
+    """Durations of the ramps [s], (n,)."""
 
     @property
     def last(self) -> FloatArray:
-        """Once the ramp has ended, (n, k)."""
+        """Actions after the ramp has ended, (n, k)."""
         return np.asarray(self.first + self.change)
 
     @classmethod
@@ -102,20 +102,20 @@ class Motions:
 
     @classmethod
     def joined(cls, parts: Sequence[Motions]) -> Self:
-        """Return several batches of motions as one."""
+        """Return several batches of motions as one batch."""
         arrays = {each.name: [getattr(part, each.name) for part in parts] for each in fields(cls)}
         arrays["frequency_hz"] = [np.broadcast_to(part.frequency_hz, part.first.shape) for part in parts]
         return cls(**{name: np.concatenate(values) for name, values in arrays.items()})
 
     def at(self, time_s: float | FloatArray) -> FloatArray:
-        """Return the actions at a result, the same for all or one for each (n,); (n, k), -1 to 1."""
+        """Return the actions at a time, the same for all motions or one for each, (n,); (n, k), -1 to 1."""
         ramp = np.clip((time_s - self.begin_s) / self.ramp_s, 0.0, 1.0)[:, None]
         turned = self.frequency_hz * np.reshape(time_s, (-1, 1))
         swing = self.amplitude * np.sin(2 * np.pi * turned + self.phase_rad)
         return np.asarray(np.clip(self.first + self.change * ramp + swing, -1.0, 1.0))
 
     def motion(self, index: int, names: Sequence[str]) -> Motion:
-        """Return one of them in a readable form, rounded."""
+        """Return one of the motions in readable form, rounded."""
 
         def rounded(value: float) -> float:
             return round(float(value), _DIGITS)
@@ -141,10 +141,10 @@ class Motions:
 
 
 class OpenLoopPolicy:
-    """Plays motions from the beginning, one for each episode, whatever it observes.
+    """Plays motions from the beginning, one in each episode, and ignores the observations.
 
     Args:
-        motions: As many as there are episodes.
+        motions: One motion for each episode.
         control_dt_s: Time between two actions [s].
     """
 

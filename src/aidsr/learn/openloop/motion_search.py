@@ -1,4 +1,4 @@
-"""Which motions are tried: random ones of three kinds, then the cross-entropy method around the best."""
+"""Choice of the motions that are tried: random ones of several kinds, then the cross-entropy method around the best."""
 
 from __future__ import annotations
 
@@ -11,16 +11,22 @@ from aidsr.learn.openloop.motion import Motions
 from aidsr.tasks.readings import FloatArray
 
 MotionKind = Literal["pull", "swing", "both", "gait", "hold"]
-"""Ramps from one value to another; sinusoids about a value; sinusoids on ramps; from rest, sinusoids of some groups
-with a frequency for each, while the others stay at rest; ramps from rest to a value that is kept."""
+"""Kinds of motions:
+
+- pull: ramps from one value to another;
+- swing: sinusoids about a value;
+- both: sinusoids on top of ramps;
+- gait: from rest, sinusoids of some groups, each with its own frequency, while the other groups stay at rest;
+- hold: ramps from rest to a value that is then kept.
+"""
 
 MOTION_KINDS: tuple[MotionKind, ...] = ("pull", "swing", "both")
-"""Those of `aidsr probe`, by which bodies of the benchmark are compared."""
+"""Kinds that `aidsr probe` tries at the tasks of the benchmark, where robots are compared by them."""
 ALL_KINDS: tuple[MotionKind, ...] = (*MOTION_KINDS, "gait")
 WORKING_KINDS: tuple[MotionKind, ...] = ("hold", "pull", "both")
-"""Those tried with a goal of one's own. Our choice: most are met by going somewhere and staying there."""
+"""Kinds tried with a user-defined goal. Our choice: most goals are met by moving somewhere and staying there."""
 TRAVELLING_KINDS: tuple[MotionKind, ...] = ("swing", "both", "gait")
-"""And where the robot itself has to get somewhere."""
+"""Kinds tried with a user-defined goal that requires the robot itself to travel."""
 
 _ELITE = 0.25
 """Elite fraction: share of the motions of a kind from which the next generation is sampled.
@@ -28,35 +34,37 @@ _ELITE = 0.25
 Source: de Boer et al. 2005, "A tutorial on the cross-entropy method", where 1 to 10 % of much larger samples are kept.
 """
 _LEAST_SPREAD = 0.1
-"""Of the search around its elite, in actions and in natural logarithms of times and frequencies. Our choice."""
+"""Smallest standard deviation of the search around its elite, in actions and in natural logarithms of times and
+frequencies. Our choice."""
 _CLOSE = 0.3
-"""Share of the elite's spread with which the very best motion is varied. Our choice: touch has narrow optima."""
+"""Share of the elite's standard deviation with which the single best motion is varied. Our choice: contact tasks have
+narrow optima."""
 _AT_REST = 0.4
-"""Share of the groups that a random ramp leaves at rest. Our choice: a body bends to one side when few of its tendons
-are pulled."""
+"""Share of the groups that a random ramp or gait leaves at rest. Our choice: a robot bends to one side when few of its
+tendons are pulled."""
 _RATIOS = (0.5, 1.0, 1.0, 1.0, 2.0)
-"""Of a group's frequency to the gait's: half a stroke, mostly one, or two while the others make one. Our choice."""
+"""Ratios of a group's frequency to the gait's frequency: usually equal, sometimes half or double. Our choice."""
 _FREQUENCY_HZ = (0.3, 3.0)
 _FIRST_RAMP_S = 0.1
-"""Our choice: what winches and bodies of this size can follow."""
+"""Shortest ramp [s]. Our choice: what winches and robots of this size can follow."""
 
 
 @dataclass(frozen=True)
 class MotionSpace:
-    """Motions as rows of numbers, among which the search moves.
+    """Search space, in which every motion is a row of numbers.
 
-    Columns: first, change, sine and cosine of each group, then the logarithms of frequency [Hz], begin and ramp [s].
-    Sine and cosine stand for amplitude and phase, because a phase has no mean. A gait has k frequencies, one for each
-    group.
+    Columns: first value, change, sine and cosine part of each group, then the logarithms of frequency [Hz], start of
+    the ramp [s] and duration of the ramp [s]. Sine and cosine parts represent amplitude and phase, because phases
+    cannot be averaged. A gait has k frequencies, one for each group.
     """
 
     rest: FloatArray
-    """Actions at which the controls are nearest to 0, (k,)."""
+    """Action of each group at which its controls are nearest to 0, (k,)."""
     longest_s: float
-    """How long a motion is played."""
+    """Maximum duration of a motion [s]."""
 
     def sample(self, kind: MotionKind, count: int, rng: np.random.Generator) -> FloatArray:
-        """Return random motions of a kind, (count, 4 k + 3); of gaits (count, 5 k + 2)."""
+        """Return random motions of one kind, (count, 4 k + 3); for gaits, (count, 5 k + 2)."""
         k = self.rest.size
         if kind == "gait":
             return self._gaits(count, rng)
@@ -94,15 +102,15 @@ class MotionSpace:
     def refine(
         self, rows: FloatArray, fitness: FloatArray, count: int, rng: np.random.Generator, *, most: int | None = None
     ) -> FloatArray:
-        """Return new motions around the best of one kind: half about their mean, half close about the very best.
+        """Return new motions of one kind: half around the mean of the elite, half close to the single best motion.
 
         Args:
-            rows: Motions so far, as `sample` returns them.
-            fitness: Their fitness, (n,).
-            count: How many new ones.
-            rng: Draws them.
-            most: Motions of the elite at most; without it the elite grows with all that was played, and so does its
-                spread.
+            rows: Motions played so far, as `sample` returns them.
+            fitness: Fitness of these motions, (n,).
+            count: Number of new motions.
+            rng: Random generator.
+            most: Maximum size of the elite. Without it, the elite and its spread grow with the number of motions
+                played.
         """
         size = max(2, int(_ELITE * fitness.size))
         elite = rows[np.argsort(-fitness, kind="stable")[: size if most is None else min(size, most)]]
@@ -110,11 +118,11 @@ class MotionSpace:
         half = np.arange(count)[:, None] % 2 == 0
         about, scale = np.where(half, elite.mean(axis=0), elite[0]), np.where(half, 1.0, _CLOSE)
         drawn = about + scale * spread * rng.standard_normal((count, rows.shape[1]))
-        # a number in which no motion of the kind differs is none of the kind's
+        # a column in which all motions of a kind are equal is not a parameter of that kind
         return np.asarray(np.where(np.ptp(rows, axis=0) > 0.0, drawn, rows[0]))
 
     def motions(self, rows: FloatArray) -> Motions:
-        """Return rows of numbers as motions."""
+        """Return the motions that rows of numbers represent."""
         k = self.rest.size
         first, change, sine, cosine = (rows[:, i * k : (i + 1) * k] for i in range(4))
         frequency, (begin, ramp) = np.exp(rows[:, 4 * k : -2]), np.exp(rows[:, -2:]).T
@@ -130,6 +138,6 @@ class MotionSpace:
 
 
 def _log_uniform(rng: np.random.Generator, span: tuple[float, float], count: int) -> FloatArray:
-    """Return natural logarithms spread evenly over a span, (count,); its lower end where it ends before that."""
+    """Return natural logarithms drawn evenly from a span, (count,); the lower end where the upper end is below it."""
     low, high = span
     return rng.uniform(np.log(low), np.log(max(low, high)), count)

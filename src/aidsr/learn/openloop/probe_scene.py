@@ -1,4 +1,4 @@
-"""The probe: play many open-loop motions, keep the best, report how far they got."""
+"""The probe: plays many open-loop motions, keeps the best, and reports how far they got."""
 
 from __future__ import annotations
 
@@ -28,40 +28,42 @@ from aidsr.tasks import BENCHMARK_VERSION, GoalTask, Task, Variation
 from aidsr.tasks.readings import FloatArray
 
 GENERATION = 16
-"""Motions played at once for each variation. Our choice: more generations of fewer motions found more of the same
-budget's goals."""
+"""Motions played at once for each variation. Our choice: with the same budget, more generations of fewer motions solved
+more goals."""
 CANDIDATES = 8 * GENERATION
-"""Three generations of random motions, one of each kind, and five of search."""
+"""Motions for each variation: three generations of random motions, one for each kind, and five of search."""
 VARIATIONS = 2
 LONGEST_SEARCH_S = 8.0
-"""Motions of the search are played no longer than this. Our choice: as long as a whole grasp; a body that travels shows
-its speed long before its time is over."""
+"""Maximum duration of a motion in the search [s]. Our choice: as long as a whole grasp; a travelling robot shows its
+speed long before its time limit."""
 MAX_STEPS = 300_000
-"""Physics steps of a whole probe. Our choice: seconds of one core for a body of a single limb, see docs/learning.md."""
+"""Physics steps of a whole probe. Our choice: seconds on one core for a robot with a single limb, see
+docs/learning.md."""
 _GOAL_CANDIDATES, _GOAL_STEPS = 16 * GENERATION, 1_000_000
-"""The same with a goal of one's own. Our choice: half a minute to a minute of one core."""
+"""`CANDIDATES` and `MAX_STEPS` with a user-defined goal. Our choice: half a minute to a minute on one core."""
 _GOAL_ELITE = 8
-"""Motions around which those of a goal are searched, at most. Our choice: half a generation; of a quarter of all that
-was played, as with the benchmark, the spread stayed as wide as at random, and near misses were not mended."""
+"""Maximum size of the elite in the search for a goal. Our choice: half a generation; with a quarter of all motions
+played, as for the benchmark, the spread stayed as wide as that of random motions, and near misses were not improved."""
 _GOAL_ASIDE = 3
-"""One of so many motions is of the next best kind. Our choice: enough for it to catch up within a search."""
+"""One in this many motions is of the second-best kind. Our choice: enough for that kind to catch up within a search."""
 _FEWEST = 4
-"""A generation that the budget cuts down to fewer motions is not played. Our choice: fewer say nothing of a kind."""
+"""A generation is not played if the budget leaves fewer motions than this. Our choice: fewer say nothing about a
+kind."""
 
 
 @dataclass(frozen=True)
 class ProbePoint:
-    """How far a probe has come."""
+    """Progress of a running probe."""
 
     motions: int
-    """Played so far, for each variation that is not solved."""
+    """Motions played so far for each unsolved variation."""
     candidates: int
-    """To be played, at most."""
+    """Maximum number of motions for each variation."""
     solved: int
-    """Variations for which some motion succeeded."""
+    """Number of variations in which some motion succeeded."""
     variations: int
     progress: float
-    """Mean of the best motions."""
+    """Mean over the variations of the best motion's fitness, limited to 0 to 1."""
 
 
 def probe_scene(
@@ -77,21 +79,21 @@ def probe_scene(
     threads: int = 0,
     listen: Callable[[ProbePoint], None] = lambda _point: None,
 ) -> ProbeReport:
-    """Probe a scene that is loaded already, in this process; see `aidsr.learn.openloop.probe`.
+    """Probe a scene that is already loaded, in this process; see `aidsr.learn.openloop.probe`.
 
-    The same scene, seed and bounds give the same report, except for its wall time.
+    The same scene, seed and limits give the same report, except for its wall time.
 
     Args:
-        scene: The body in the environment of its task.
-        candidates: Motions tried for each variation, in whole generations of 16; as `budget_for` says unless given.
-        variations: How many development variations; each is searched for itself.
-        first: Index of the first of them.
-        max_steps: Physics steps of all simulations together, after which the search ends; likewise. What
-            it found is then still played to the end, for which a part is set aside; a first few motions are played
-            however little is left.
-        longest_s: Motions of the search are played no longer than this [s].
-        kinds: Kinds of motions that are tried; by the task unless given.
-        seed: Of the search.
+        scene: The robot in the environment of its task.
+        candidates: Motions tried for each variation, in whole generations of 16; default from `budget_for`.
+        variations: Number of development variations; each is searched separately.
+        first: Index of the first of these variations.
+        max_steps: Physics steps of all simulations together, after which the search ends; default from `budget_for`. A
+            part of them is reserved for playing the best motions to the end. The first few motions are played even
+            where the budget is smaller.
+        longest_s: Maximum duration of a motion in the search [s].
+        kinds: Kinds of motions that are tried; default from `kinds_for`.
+        seed: Seed of the search.
         threads: Native threads; 0 takes all processors.
         listen: Called after each generation.
 
@@ -137,12 +139,12 @@ def probe_scene(
 
 
 def budget_for(task: Task) -> tuple[int, int]:
-    """Return how many motions are tried with a task for each variation, and physics steps for all of them."""
+    """Return the default number of motions for each variation of a task, and of physics steps for all variations."""
     return (_GOAL_CANDIDATES, _GOAL_STEPS) if isinstance(task, GoalTask) else (CANDIDATES, MAX_STEPS)
 
 
 def kinds_for(task: Task) -> tuple[MotionKind, ...]:
-    """Return the kinds of motions that are tried with a task."""
+    """Return the default kinds of motions for a task."""
     if not isinstance(task, GoalTask):
         return MOTION_KINDS
     return TRAVELLING_KINDS if task.goal.robot_travels else WORKING_KINDS
@@ -150,10 +152,10 @@ def kinds_for(task: Task) -> tuple[MotionKind, ...]:
 
 @dataclass
 class _Search:
-    """The motions tried for one variation, and their fitness, by kind."""
+    """Motions tried for one variation and their fitness, by kind."""
 
     index: int
-    """Of the development variation."""
+    """Index of the development variation."""
     variation: Variation
     rows: dict[MotionKind, FloatArray] = field(default_factory=dict)
     fitness: dict[MotionKind, FloatArray] = field(default_factory=dict)
@@ -176,7 +178,7 @@ class _Search:
         return sorted(self.fitness, key=lambda kind: -self.fitness[kind].max())
 
     def has_played(self, kind: MotionKind, row: FloatArray) -> bool:
-        """Whether a motion was tried in this variation."""
+        """Whether a motion was already tried in this variation."""
         return kind in self.rows and bool((self.rows[kind] == row).all(axis=1).any())
 
     @property
@@ -187,7 +189,7 @@ class _Search:
 
 
 class _Player:
-    """Plays motions, each in a variation of its own, and counts their physics steps."""
+    """Plays motions, each in its own variation, and counts the physics steps."""
 
     def __init__(self, scene: TaskScene, longest_s: float, threads: int) -> None:
         self.scene, self._threads = scene, threads
@@ -196,12 +198,13 @@ class _Player:
         self.step_s = float(scene.model.opt.timestep)
         self.played_steps = 0
         self.motions = 0
-        """Tried in the search, for each variation that is not solved."""
+        """Motions tried in the search for each unsolved variation."""
 
     def motions_of(self, rows: FloatArray) -> Motions:
-        """Return rows of the search as motions; with a goal as they are reported, so that what solves it is told to.
+        """Return the motions of rows of the search; with a goal, rounded as in the report.
 
-        The motions of the benchmark are rounded at the end only, as when its figures were made.
+        The reported motion is then exactly the one that succeeded. The motions of the benchmark are rounded only at the
+        end, as they were when its figures were made.
         """
         motions = self.space.motions(rows)
         if not isinstance(self.scene.task, GoalTask):
@@ -214,11 +217,11 @@ class _Player:
         return replace(rounded, frequency_hz=rounded.frequency_hz[:, : motions.frequency_hz.shape[1]])
 
     def steps_of(self, time_s: float) -> int:
-        """Return the physics steps of an episode."""
+        """Return the number of physics steps in a time."""
         return round(time_s / self.step_s)
 
     def search(self, motions: Motions, variations: Sequence[Variation]) -> tuple[EpisodeOutcomes, FloatArray]:
-        """Play equally many motions in each variation until they stall or solve it; return their fitness as well."""
+        """Play equally many motions in each variation until they stall or solve it; return outcomes and fitness."""
         owners = np.repeat(np.arange(len(variations)), len(motions.first) // len(variations))
         episodes = self._episodes([variations[owner] for owner in owners.tolist()])
         episodes.time_limit_s[:] = self.searched_s
@@ -236,7 +239,7 @@ class _Player:
         return outcomes, holding.fitness(outcomes)
 
     def play(self, motions: Motions, variations: Sequence[Variation]) -> EpisodeOutcomes:
-        """Play motions from beginning to end, as many as there are variations."""
+        """Play motions from beginning to end, one in each of the variations."""
         return self._play(self._episodes(variations), motions)
 
     def _episodes(self, variations: Sequence[Variation]) -> Episodes:
@@ -259,13 +262,13 @@ def _search(
     rng: np.random.Generator,
     listen: Callable[[ProbePoint], None],
 ) -> EndedBy:
-    """Search generation after generation: each kind at random first, then around the best of the best kind.
+    """Search generation by generation: random motions of each kind first, then around the best of the best kind.
 
     Returns:
-        What ended it.
+        Reason why the search ended.
     """
     has_goal = isinstance(player.scene.task, GoalTask)
-    max_steps -= len(searches) ** 2 * player.steps_of(player.scene.task.time_limit_s)  # set aside for the finals
+    max_steps -= len(searches) ** 2 * player.steps_of(player.scene.task.time_limit_s)  # reserved for the finals
     for generation in range(candidates // GENERATION):
         unsolved = [search for search in searches if not search.solved]
         if not unsolved:
@@ -304,10 +307,10 @@ def _search(
 def _refined(
     space: MotionSpace, search: _Search, searches: Sequence[_Search], count: int, rng: np.random.Generator
 ) -> list[tuple[_Search, MotionKind, FloatArray]]:
-    """Return motions for a variation of a goal: the best ones of the other variations, then those around its own best.
+    """Return motions for one variation of a goal: the best of the other variations, then those around its own best.
 
-    Variations of a goal differ little, so that what wins one often wins the next. The kind of motion that leads after
-    few random ones may be unable to win, so a part is spent on the next best kind.
+    Variations of a goal differ little, so a motion that solves one often solves the next. The kind of motion that leads
+    after a few random motions may be unable to succeed, so some of the motions are of the second-best kind.
     """
     shared: list[tuple[_Search, MotionKind, FloatArray]] = []
     for other in searches:
@@ -327,16 +330,16 @@ def _refined(
 
 
 def fitness_of(outcomes: EpisodeOutcomes) -> FloatArray:
-    """Return the fitness of motions, (n,): progress, kept to the end, and success; little after a failure."""
+    """Return the fitness of motions, (n,): mean of last and best progress, halved by failure; plus 1 for success."""
     progress = (outcomes.progress + outcomes.best_progress) / 2 * np.where(outcomes.failure, 0.5, 1.0)
     return np.where(outcomes.diverged, -1.0, progress + outcomes.success)
 
 
 def _play_finals(player: _Player, searches: Sequence[_Search]) -> tuple[tuple[ProbedVariation, ...], float]:
-    """Play the best motions of all searches to the end, in all variations, rounded as they are reported.
+    """Play the best motion of each search to the end in all variations, rounded as it is reported.
 
     Returns:
-        The best for each variation, and the share of the variations that the best single motion solves.
+        The best motion for each variation, and the share of the variations that the best single motion solves.
     """
     names = [group.name for group in player.scene.actions.groups]
     rounded = [player.motions_of(search.best[None]).motion(0, names) for search in searches]

@@ -1,4 +1,4 @@
-"""The best motion of a probe for one variation, played once more and recorded."""
+"""Recording of the best motion of a probe in one variation, played once more."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from aidsr.tasks import Level
 from aidsr.tasks.travelling_task import TravellingTask
 
 _LIMITS = Limits(wall_s=300.0, cpu_s=180.0)
-"""Our choice: many times what an episode of the largest built-in body takes."""
+"""Limits of the child process. Our choice: many times what an episode of the largest built-in robot takes."""
 
 
 def run_record_motion(
@@ -22,17 +22,17 @@ def run_record_motion(
     level: Level = "standard",
     groups: tuple[ActuatorGroup, ...] = (),
 ) -> bytes:
-    """Return the motion of a variation, played in this process; see `aidsr.learn.episodes.recording.record_rollout`.
+    """Play and record the motion of a variation in this process; see `aidsr.learn.episodes.recording.record_rollout`.
 
     Args:
-        scene: MJCF that was probed.
-        task: That it was probed on.
-        probed: Of the report of the probe.
+        scene: MJCF of the scene that was probed.
+        task: Task on which it was probed.
+        probed: Variation from the report of the probe.
         level: Level of a task given by name.
         groups: Actuators that act together, as the robot's author declares.
 
     Raises:
-        UserError: The scene is not one of the task, or the motion is of another robot.
+        UserError: The scene is not one of the task, or the motion belongs to another robot.
         MjcfError: The scene cannot be loaded.
     """
     from aidsr.learn.episodes.batch import Episodes
@@ -52,4 +52,4 @@ def run_record_motion(
 
 
 record_motion = isolated(limits=_LIMITS)(run_record_motion)
-"""The same in a child process with limits; raises IsolationError past them."""
+"""`run_record_motion` in a child process with limits; raises IsolationError when they are exceeded."""

@@ -1,4 +1,4 @@
-"""The report of a probe: how far a body got without learning, and by which motion."""
+"""Report of a probe: how far a robot got without learning, and with which motion."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from aidsr.learn.openloop.motion import Motion
 from aidsr.learn.openloop.motion_search import MotionKind
 
 EndedBy = Literal["solved", "candidates", "budget"]
-"""What ended a search: it solved all variations, all motions were tried, or its physics steps are used up."""
+"""Reason why a search ended: all variations were solved, all motions were tried, or the physics steps were used up."""
 
 
 class ProbedVariation(Artifact):
-    """The best motion found for one variation of the task, and how its whole episode went."""
+    """Best motion found for one variation of the task, and the result of its whole episode."""
 
     episode: EpisodeResult
     family: MotionKind
@@ -23,9 +23,9 @@ class ProbedVariation(Artifact):
 
 
 class ProbeReport(Artifact):
-    """How far a body gets without learning.
+    """How far a robot gets without learning.
 
-    The shares stand in the file as well; they are recomputed when the file is read.
+    The file also contains the computed shares; they are recomputed when the file is read.
     """
 
     model_config = ConfigDict(extra="ignore")
@@ -35,34 +35,34 @@ class ProbeReport(Artifact):
     benchmark_version: int
     seed: int
     candidates: int
-    """Motions allowed for each variation, tried in whole generations of 16; a variation that one of them solves is
-    searched no further."""
+    """Maximum number of motions for each variation, in whole generations of 16; the search of a variation ends when a
+    motion solves it."""
     max_steps: int = 0
-    """Physics steps allowed for all; 0 in reports from before there was this bound."""
+    """Maximum number of physics steps of all episodes together; 0 in reports from before this limit existed."""
     ended_by: EndedBy = "candidates"
     searched_s: float
-    """How long motions of the search were played at most [s of simulation]; those reported are played to the end."""
+    """Maximum duration of a motion in the search [s of simulation]; the reported motions are played to the end."""
     motions: int = 0
-    """Tried for each variation, or until it was solved."""
+    """Number of motions tried for each variation that was not solved earlier."""
     played_steps: int = 0
     """Physics steps of all episodes together."""
     simulated_s: float
-    """Of all episodes together."""
+    """Simulated time of all episodes together [s]."""
     wall_s: float
     variations: Annotated[tuple[ProbedVariation, ...], Field(min_length=1)]
     """Development variations, each with the best motion found for it."""
     same_motion_share: float
-    """Share of these variations that the best single one of the motions solves: near `success_share` where the
-    variations hardly matter, far below it where a robot has to look."""
+    """Share of these variations that the best single motion solves: near `success_share` where the variations hardly
+    matter, far below it where a robot has to observe its surroundings."""
     reached: str
-    """How far the best episode came, in words."""
+    """Stage that the best episode reached, in words."""
     hold_s: float = 0.0
     """How long the goal has to hold without a break [s]; 0 in older reports."""
     versions: dict[str, str] = Field(default_factory=dict)
 
     @property
     def won(self) -> int:
-        """How many of the variations some motion solves."""
+        """Number of variations that some motion solves."""
         return sum(one.episode.ended == "succeeded" for one in self.variations)
 
     @computed_field  # type: ignore[prop-decorator]
@@ -79,7 +79,7 @@ class ProbeReport(Artifact):
 
     @property
     def why_ended(self) -> str:
-        """What ended the search, in words."""
+        """Reason why the search ended, in words."""
         match self.ended_by:
             case "solved" if self.success_share < 1:
                 return f"each variation was solved in the search; rounded as reported, motions solve {self.won}"
@@ -92,5 +92,5 @@ class ProbeReport(Artifact):
 
     @property
     def best(self) -> ProbedVariation:
-        """The variation that went best."""
+        """Variation with the best episode."""
         return max(self.variations, key=lambda one: (one.episode.ended == "succeeded", one.episode.best_progress))

@@ -1,4 +1,4 @@
-"""Motion scripts: what each group of actuators does over time, in a few lines of text that are parsed, never run.
+"""Motion scripts: what each group of actuators does over time, as a few lines of text that are parsed, never executed.
 
 left legs:  mean 0.2 amplitude 0.5 hz 1.5 phase 90
 right legs: mean 0.2 amplitude 0.5 hz 1.5 phase 270
@@ -35,7 +35,7 @@ between ("t=0 -1, t=1.5 0.8": seconds, action), or one number; on top, if wanted
 
 _MAX_CHARACTERS = 10_000
 _MAX_WAYPOINTS = 100
-"""Our choice: more than a motion that is written by hand needs."""
+"""Our choice: more than a handwritten motion needs."""
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _TERM = re.compile(
     rf"\s*(?:t\s*=\s*(?P<time>{_NUMBER})\s*s?\s*[:,]?\s*(?P<action>{_NUMBER})|(?P<key>[a-z]+)\s*=?\s*(?P<value>{_NUMBER})"
@@ -48,24 +48,25 @@ _KEYS = ("mean", "amplitude", "hz", "phase", "from", "until")
 
 @dataclass(frozen=True)
 class Track:
-    """What one group does."""
+    """Motion of one group."""
 
     waypoints: tuple[tuple[float, float], ...]
-    """Times [s] and actions, in rising order of time; held before the first and after the last."""
+    """Times [s] and actions, in ascending order of time; the first action holds before them, the last one after
+    them."""
     amplitude: float = 0.0
     frequency_hz: float = 0.0
     phase_rad: float = 0.0
-    """Of the sine at time 0."""
+    """Phase of the sine at time 0 [rad]."""
     from_s: float = 0.0
     until_s: float = math.inf
-    """When the sine is on top."""
+    """The sine is added from `from_s` until this time [s]."""
 
     def at(self, time_s: FloatArray | float) -> FloatArray:
-        """Return the actions at some times, of their shape, -1 to 1."""
+        """Return the actions at the given times, in the shape of `time_s`, -1 to 1."""
         return np.asarray(np.clip(self.asked(time_s), -1.0, 1.0))
 
     def asked(self, time_s: FloatArray | float) -> FloatArray:
-        """Return the same before it is cut off."""
+        """Return the actions of `at` before they are clipped."""
         times, actions = zip(*self.waypoints, strict=True)
         base = np.interp(time_s, times, actions)
         on = (np.asarray(time_s) >= self.from_s) & (np.asarray(time_s) < self.until_s)
@@ -75,20 +76,21 @@ class Track:
 
 @dataclass(frozen=True)
 class Script:
-    """A parsed script: the tracks by name of their group."""
+    """A parsed script: a track for each group that it names."""
 
     tracks: dict[str, Track]
 
     def played_by(self, groups: Sequence[str], rest: FloatArray, control_dt_s: float = 0.04) -> ScriptPolicy:
-        """Return what plays the script.
+        """Return a policy that plays the script.
 
         Args:
-            groups: Names of all groups of the scene, one for each number of an action; "robot/" may be left out.
-            rest: Action at which each of them rests, (k,).
+            groups: Names of all groups of the scene, one for each number of an action; the prefix "robot/" may be left
+                out.
+            rest: Action of each group at rest, (k,).
             control_dt_s: Time between two actions [s].
 
         Raises:
-            UserError: The script names a group that there is not.
+            UserError: The script names a group that does not exist.
         """
         plain = [name.removeprefix(ROBOT_PREFIX) for name in groups]
         tracks = {name.removeprefix(ROBOT_PREFIX): track for name, track in self.tracks.items()}
@@ -109,12 +111,12 @@ class Script:
 
 
 class ScriptPolicy:
-    """Plays the tracks of a script in n episodes side by side, whatever it observes.
+    """Plays the tracks of a script in n parallel episodes and ignores the observations.
 
     Args:
-        tracks: One for each number of an action.
+        tracks: Tracks, one for each number of an action.
         control_dt_s: Time between two actions [s].
-        unnamed: Groups that the script does not name, and that stay at rest.
+        unnamed: Groups that the script does not name; they stay at rest.
     """
 
     def __init__(self, tracks: Sequence[Track], control_dt_s: float, unnamed: tuple[str, ...] = ()) -> None:
@@ -126,11 +128,11 @@ class ScriptPolicy:
         return np.tile(self.at((self._steps - 1) * self.control_dt_s), (len(observation), 1))
 
     def cut_off(self, groups: Sequence[str], until_s: float) -> tuple[str, ...]:
-        """Return in a clause for each group what is asked for beyond -1 and 1 and is cut off there.
+        """Return a clause for each group whose requested action exceeds -1 or 1 and is clipped.
 
         Args:
-            groups: Their names, one for each number of an action.
-            until_s: How long it is played [s].
+            groups: Names of the groups, one for each number of an action.
+            until_s: Duration of the motion [s].
         """
         times = self.control_dt_s * np.arange(max(1, round(until_s / self.control_dt_s)), dtype=np.float64)
         told = []
@@ -151,10 +153,10 @@ class ScriptPolicy:
 
 
 def read_script(path: Path) -> str:
-    """Return the text of a script in a file.
+    """Return the text of a script file.
 
     Raises:
-        UserError: There is no such file, or it is no script.
+        UserError: The file does not exist, or does not contain a script.
     """
     try:
         text = read_text_file(path, max_bytes=_MAX_CHARACTERS)
@@ -170,10 +172,10 @@ def read_script(path: Path) -> str:
 
 
 def parse_script(text: str) -> Script:
-    """Return a script.
+    """Return the script that a text contains.
 
     Raises:
-        UserError: The text is no script; says in which line and why.
+        UserError: The text is not a script; the message gives the line and the reason.
     """
     if len(text) > _MAX_CHARACTERS:
         raise UserError(f"the script has {len(text):,} characters; use at most {_MAX_CHARACTERS:,}")
@@ -196,10 +198,10 @@ def parse_script(text: str) -> Script:
 
 
 def _track(text: str, line: int) -> Track:
-    """Return what a line says of its group.
+    """Return the track that a line describes.
 
     Raises:
-        UserError: It says something else.
+        UserError: A part of the line cannot be read.
     """
     waypoints: list[tuple[float, float]] = []
     given: dict[str, float] = {}

@@ -23,43 +23,44 @@ from aidsr.tasks.readings import FloatArray
 
 _ROBOT = "robot/"
 _FAR_M = 2.0
-"""Largest gap that is measured. Our choice: beyond any environment of ours."""
+"""Largest gap that is measured [m]. Our choice: larger than any environment of the benchmark."""
 _SUSTAINED_S = 0.2
-"""A force that lasts so long is the robot's; a shorter one is an impact. Our choice: as long as the shortest hold of a
-task."""
+"""Shortest duration of a force that counts as sustained [s]; a shorter one is an impact. Our choice: as long as the
+shortest hold of a task."""
 _JOINT = mujoco.mjtJoint
 
 
 @dataclass(frozen=True)
 class TraceStep:
-    """State of an episode after a control step."""
+    """State of an episode after one control step."""
 
     time_s: float
     progress: float
     gap_m: float
-    """To the nearest target from the functional part's body, or what carries it where that has no shape, or the whole
-    robot where neither has; to a point that is to be reached from the working point. `_FAR_M` without a target."""
+    """Distance to the nearest target [m]. It is measured from the body of the functional part, from the nearest
+    ancestor with a geom where that body has none, or from the whole robot where no ancestor has one; to a point that is
+    to be reached, from the functional part's site. `_FAR_M` without a target."""
     nearest: str
-    """That target; empty without one."""
+    """Name of that target; empty without a target."""
     force_n: float
-    """Normal forces of the robot on all targets together."""
+    """Sum of the robot's normal forces on all targets [N]."""
     touching: tuple[str, ...]
-    """Bodies of the robot that touch a target."""
+    """Names of the robot's bodies that touch a target."""
     touched: tuple[str, ...]
-    """Targets that the robot touches."""
+    """Names of the targets that the robot touches."""
     violation: float
-    """How badly it does what the task forbids, 0 to 1."""
+    """Severity of what the robot does against the task's rules, 0 to 1."""
     moved_m: float
-    """How far the target that was moved most is from where it is by then while the robot does nothing; of a goal with a
-    direction, along that."""
+    """Largest displacement of a target from its position at the same time in an episode with an idle robot [m]; of a
+    goal with a direction, along that direction."""
     apart_m: float
-    """From the robot's root to the nearest target, 0 without a target."""
+    """Distance from the robot's root to the nearest target [m], 0 without a target."""
     reach_m: float
-    """From the robot's root to its functional part."""
+    """Distance from the robot's root to its functional part [m]."""
     travelled_m: float
-    """Level distance of the robot's centre of mass from where it began."""
+    """Horizontal distance of the robot's centre of mass from its start [m]."""
     fastest: str
-    """Body of the robot that moves fastest."""
+    """Name of the robot's fastest body."""
 
 
 @dataclass(frozen=True)
@@ -69,40 +70,40 @@ class Trace:
     steps: tuple[TraceStep, ...]
     outcomes: EpisodeOutcomes
     yield_force_n: Mapping[str, float]
-    """Force that moves each target all its way: its friction and spring, or its weight. Those that are fixed, or turn,
-    are not listed."""
+    """Force that moves each target over its whole range [N]: its friction and spring, or its weight. Targets that are
+    fixed or rotate are not listed."""
     free: bool
-    """Whether nothing holds the robot's root."""
+    """Whether the robot's root is free, so that nothing holds it."""
 
     @property
     def required_n(self) -> float:
-        """Least force that moves a target which the robot touches; 0 where none gives way in one direction."""
+        """Smallest force that moves a target which the robot touches [N]; 0 where none moves in one direction."""
         touched = {name for step in self.steps for name in step.touched}
         return min((force_n for name, force_n in self.yield_force_n.items() if name in touched), default=0.0)
 
     @property
     def needed_m(self) -> float:
-        """From the robot's root to the nearest target when that was nearest, 0 without a target."""
+        """Smallest distance from the robot's root to a target during the episode [m], 0 without a target."""
         return min(step.apart_m for step in self.steps)
 
     @property
     def best(self) -> TraceStep:
-        """When progress was largest, for the first time."""
+        """First step with the largest progress."""
         return max(self.steps, key=lambda step: step.progress)
 
     @property
     def nearest(self) -> TraceStep:
-        """When the functional part was nearest to a target."""
+        """Step in which the functional part was nearest to a target."""
         return min(self.steps, key=lambda step: step.gap_m)
 
     @property
     def hardest(self) -> TraceStep:
-        """When the robot pushed hardest on its targets."""
+        """Step in which the robot pressed hardest on its targets."""
         return max(self.steps, key=lambda step: step.force_n)
 
     @property
     def sustained_n(self) -> float:
-        """Largest force on the targets that lasted; impacts do not count."""
+        """Largest force on the targets that lasted at least `_SUSTAINED_S` [N]; impacts do not count."""
         span_s = self.steps[-1].time_s / len(self.steps)
         window = min(len(self.steps), math.ceil(_SUSTAINED_S / span_s) if span_s else 1)
         return max(
@@ -111,13 +112,14 @@ class Trace:
 
 
 def trace(scene: TaskScene, variation: Variation, policy: Policy, targets: Sequence[str]) -> Trace:
-    """Let a policy play one episode and record it.
+    """Play one episode with a policy and record it.
 
     Args:
         scene: The robot in its environment.
-        variation: Of the episode.
-        policy: Decides what the actuators do.
-        targets: Bodies of the environment that the robot is to touch, or the site or body that it is to reach.
+        variation: Variation of the episode.
+        policy: Policy that drives the actuators.
+        targets: Names of the bodies of the environment that the robot has to touch, or of the sites or bodies that it
+            has to reach.
     """
     recorder = _Recorder(scene, variation, targets)
     episodes = Episodes(scene.model, scene.task, scene.actions, [variation], threads=1)
@@ -141,7 +143,7 @@ def trace(scene: TaskScene, variation: Variation, policy: Policy, targets: Seque
 
 
 class _Recorder:
-    """Measures the state of an episode in a simulation of its own."""
+    """Measures the state of an episode in a separate simulation."""
 
     def __init__(self, scene: TaskScene, variation: Variation, targets: Sequence[str]) -> None:
         self._model = model = copy.copy(scene.model)
@@ -158,24 +160,24 @@ class _Recorder:
         goal = scene.task.goal if isinstance(scene.task, GoalTask) else None
         self._points = {name: self._point(name) for name in targets if goal and name in goal.points}
         bodies = {name: model.body(name).id for name in targets if name not in self._points}
-        if goal and goal.moves_bodies:  # a body is moved by whatever it is fixed to
+        if goal and goal.moves_bodies:  # a body moves together with the body that it is welded to
             bodies = {name: int(model.body_weldid[body]) or body for name, body in bodies.items()}
         self._targets = {body: name for name, first in bodies.items() for body in self._carried_by(first)}
         self._start = self._data.subtree_com[self._root].copy()
         self._targets_start = self._centres()
         self._along = _direction(goal)
         self.idle: list[FloatArray] = []
-        """Where points and targets are after each step while the robot does nothing."""
+        """Positions of points and targets after each step of an episode with an idle robot."""
         self._steps = 0
 
     def _point(self, name: str) -> FloatArray:
-        """Return where a site, or else the origin of a body, is from now on, (3,) [m]."""
+        """Return the position of a site, or else of a body's origin, as a view of the simulation's data, (3,) [m]."""
         site = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_SITE, name)
         found: FloatArray = self._data.site_xpos[site] if site >= 0 else self._data.body(name).xpos
         return found
 
     def _carried_by(self, body: int) -> list[int]:
-        """Return a body and all that it carries."""
+        """Return a body and its descendants, without those of the robot."""
         found = {body}
         for other in range(body + 1, self._model.nbody):
             if int(self._model.body_parentid[other]) in found and body:
@@ -188,7 +190,7 @@ class _Recorder:
         return {name: force_n for name, force_n in found.items() if force_n}
 
     def _yield_force_n(self, body: int) -> float:
-        """Return the force that moves a body with whatever carries it; 0 where it is fixed, or turns."""
+        """Return the force that moves a body together with its carriers [N]; 0 where it is fixed or rotates."""
         model = self._model
         while body and not model.body_jntnum[body]:
             body = int(model.body_parentid[body])
@@ -207,7 +209,7 @@ class _Recorder:
         return self._measure(0.0, 0.0, 0.0)
 
     def centres(self, episodes: Episodes) -> FloatArray:
-        """Return where points and targets are now, (targets, 3) [m]."""
+        """Return the present positions of points and targets, (targets, 3) [m]."""
         self._take(episodes)
         return self._centres()
 
@@ -216,7 +218,7 @@ class _Recorder:
         mujoco.mj_forward(self._model, self._data)
 
     def record(self, episodes: Episodes, result: StepResult) -> TraceStep:
-        """Return the present state."""
+        """Return the state after a control step."""
         self._take(episodes)
         self._steps += 1
         return self._measure(float(result.time_s[0]), float(result.progress[0]), float(result.violation[0]))
@@ -244,18 +246,18 @@ class _Recorder:
         )
 
     def _moved_m(self) -> float:
-        """Return `TraceStep.moved_m`: what a target does by itself is not the robot's."""
+        """Return `TraceStep.moved_m`, which leaves out what a target also does with an idle robot."""
         at = min(self._steps, len(self.idle))
         moved = self._centres() - (self.idle[at - 1] if at else self._targets_start)
         ways = np.linalg.norm(moved, axis=1) if self._along is None else moved @ self._along
         return float(ways.max(initial=0.0))
 
     def _centres(self) -> FloatArray:
-        """Return where the points to reach and the centres of the targets are, (targets, 3) [m]."""
+        """Return the positions of the points to reach and the centres of mass of the targets, (targets, 3) [m]."""
         return np.array([*self._points.values(), *self._data.xipos[list(self._targets)]]).reshape(-1, 3)
 
     def _gap(self) -> tuple[float, str]:
-        """Return the gap between the robot's functional part and the nearest target, and which that is."""
+        """Return the gap between the functional part and the nearest target [m], and the name of that target."""
         at = self._data.site_xpos[self._site]
         gaps = [(float(np.linalg.norm(point - at)), name) for name, point in self._points.items()]
         gaps += [
@@ -272,7 +274,7 @@ class _Recorder:
         return range(first, first + int(self._model.body_geomnum[body]))
 
     def _touch(self) -> tuple[float, tuple[str, ...], tuple[str, ...]]:
-        """Return the normal forces between robot and targets together, on which of its bodies, and on which targets."""
+        """Return the sum of normal forces between robot and targets [N], and the bodies and targets in contact."""
         total_n, bodies, targets, force = 0.0, set[int](), set[str](), np.zeros(6)
         for index in range(self._data.ncon):
             pair = [int(body) for body in self._model.geom_bodyid[self._data.contact.geom[index]]]
@@ -287,7 +289,7 @@ class _Recorder:
 
 
 def _direction(goal: Goal | None) -> FloatArray | None:
-    """Return where a goal wants its body to go, (3,); None where it wants no direction."""
+    """Return the direction in which a goal wants its target moved, (3,); None where it has no such direction."""
     if isinstance(goal, Lift | Travel) and goal.target:
         return unit(goal.way[1])
     return None

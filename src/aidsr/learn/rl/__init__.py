@@ -1,10 +1,10 @@
-"""Learning: gymnasium, stable-baselines3 and torch live here only.
+"""Reinforcement learning: the only package that uses gymnasium, stable-baselines3 and torch.
 
-    vector_env, single_env        batched episodes as a VecEnv of Stable-Baselines3 and as an environment of Gymnasium
-    recipe, training, policy      soft actor-critic or PPO, the same for every task, and what it leaves behind
-    evaluation                    held-out episodes, and whether their motion can be believed
+    vector_env, single_env        parallel episodes as a VecEnv of Stable-Baselines3 and as an environment of Gymnasium
+    recipe, training, policy      soft actor-critic or PPO, the same for every task, and the resulting policy
+    evaluation                    held-out episodes, and checks whether their motion is plausible
 
-Importing this package makes the tasks known to `gymnasium.make`; torch is loaded when a policy is.
+Importing this package registers the tasks with `gymnasium.make`; torch is imported only when a policy is loaded.
 """
 
 from aidsr.learn.rl.single_env import register_environments

@@ -1,7 +1,7 @@
 """Behavior cloning: a policy first learns to imitate an open-loop motion, and PPO continues from there.
 
-The motion is played with noise, so that the policy also learns to act beside the motion's own path; network and value
-are fitted to the demonstrations and their returns.
+The motion is played with noise, so that the policy also learns to act in states away from the motion's path. The
+network's mean action and value are fitted to the demonstrations and their returns.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from stable_baselines3.common.vec_env import VecNormalize
 
 _NOISE = 0.5
-"""Of the demonstrated actions, and of the policy when PPO takes over, as a share of what PPO starts with otherwise. Our
-choice, not tuned: PPO has less to find from there."""
+"""Standard deviation of the noise on demonstrated actions, and of the policy when PPO takes over, as a share of PPO's
+usual initial value. Our choice, not tuned: PPO has less to find from there."""
 DEMONSTRATION_S = 10.0
-"""How long every simulation demonstrates at most. Our choice: a whole grasp; the probe searches 8 s."""
+"""Maximum duration of the demonstrations in each simulation [s]. Our choice: a whole grasp; the probe searches 8 s."""
 _UPDATES = 500
 _BATCH = 512
 _LEARNING_RATE = 1e-3
@@ -36,22 +36,22 @@ _LEARNING_RATE = 1e-3
 def clone_probe_motion(
     scene: TaskScene, model: PPO, env: VecNormalize, *, steps: int, seed: int, threads: int
 ) -> tuple[ProbeReport, int]:
-    """Search a motion that succeeds, and train a policy to imitate it where there is one.
+    """Search for a motion that succeeds, and train a policy to imitate it if there is one.
 
-    Motions that do not succeed are not imitated: most of them swing by the clock, which a policy does not observe. Nor
-    is one that never succeeds with noise.
+    Motions that do not succeed are not imitated, because most of them swing with time, which a policy does not observe.
+    A motion that never succeeds with noise is not imitated either.
 
     Args:
-        scene: To search in.
+        scene: Scene to search in.
         model: PPO with an untrained policy.
-        env: Its simulations; their statistics of observations and rewards begin here.
-        steps: Budget of the whole training, control steps over all simulations. The probe may take a quarter of it,
-            but plays a first few motions however small that is, and demonstrations another quarter.
-        seed: Of the search and of the noise.
+        env: Simulations of the model; their statistics of observations and rewards start here.
+        steps: Budget of the whole training, control steps over all simulations. The probe may use a quarter of it, but
+            plays a first few motions even if that is too small; demonstrations may use another quarter.
+        seed: Seed of the search and of the noise.
         threads: Native threads; 0 takes all processors.
 
     Returns:
-        The probe's report, and the control steps that probe and demonstrations took.
+        The probe's report, and the number of control steps used by probe and demonstrations.
     """
     control_dt_s, quarter = scene.task.control_dt_s, steps // 4
     substeps = round(control_dt_s / scene.model.opt.timestep)
@@ -74,20 +74,20 @@ class _Demonstrations:
     """Observations, actions and rewards of n simulations in t control steps."""
 
     motion: NDArray[np.intp]
-    """Which motion each played, (n,)."""
+    """Index of the motion that each simulation played, (n,)."""
     observation: FloatArray
-    """Not normalised, (t, n, o)."""
+    """Observations, not normalised, (t, n, o)."""
     action: FloatArray
-    """Of the motion, without the noise, (t, n, k)."""
+    """Action of the motion, without the noise, (t, n, k)."""
     reward: FloatArray
-    """Normalised, (t, n)."""
+    """Rewards, normalised, (t, n)."""
     ended: BoolArray
-    """(t, n)."""
+    """Whether the episode ended in each step, (t, n)."""
     success: BoolArray
-    """(t, n)."""
+    """Whether the episode succeeded in each step, (t, n)."""
 
     def of_best_motion(self) -> _Demonstrations:
-        """Return the demonstrations of the motion that succeeded most often, noise included."""
+        """Return the demonstrations of the motion that succeeded most often with noise."""
         wins = np.bincount(self.motion, self.success.sum(axis=0)) / np.bincount(self.motion)
         mine = self.motion == wins.argmax()
         return _Demonstrations(
@@ -115,7 +115,7 @@ def _demonstrate(
     noise_std: float,
     rng: np.random.Generator,
 ) -> _Demonstrations:
-    """Play motions with noise for some control steps, each motion in its share of the simulations."""
+    """Play motions with noise for some control steps, each motion in an equal share of the simulations."""
     which = np.arange(env.num_envs) % len(motions)
     played, time_s = Motions.of([motions[number] for number in which.tolist()]), np.zeros(env.num_envs)
     steps = []

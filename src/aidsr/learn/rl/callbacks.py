@@ -1,4 +1,4 @@
-"""The callback of a training: learning curve, checkpoints, and the test for saturation."""
+"""Callback of a training: learning curve, checkpoints, and tests for saturation."""
 
 from __future__ import annotations
 
@@ -18,18 +18,20 @@ from aidsr.learn.rl.recipe import Recipe, is_hopeless
 from aidsr.learn.rl.training_folder import TrainingFolder
 
 _RECENT, _RECENT_NOISELESS = 100, 20
-"""Episodes over which success is averaged. Our choice: its standard error is then at most 0.05. Of those without noise
-there are fewer, and a policy that learns quickly is soon another one."""
+"""Number of episodes over which success is averaged. Our choice: its standard error is then at most 0.05. Fewer of
+those without noise are averaged, because there are fewer and a policy that learns quickly soon differs from the
+averaged one."""
 _POINTS = 100
-"""Points of a curve."""
+"""Number of points of a learning curve."""
 _CHECKPOINTS = 20
-"""Over the whole budget."""
+"""Number of checkpoints over the whole budget."""
 _SEEMS_SATURATED = 0.9
-"""Share of recent episodes that must succeed before a test is worth its time."""
+"""Success share of recent episodes from which a test for saturation is worth its time."""
 _NOISELESS_TESTS = 20
-"""Over the whole budget at most, where they are paid from it."""
+"""Maximum number of tests over the whole budget, where their steps count towards the budget."""
 _TEST_SPACING = 4
-"""Steps of learning for each step that such a test took, before the next. Our choice: tests take a fifth at most."""
+"""Steps of learning before the next test, for each step that the last test took. Our choice: tests take a fifth of the
+steps at most."""
 
 
 @dataclass
@@ -41,25 +43,25 @@ class History:
     episodes: int = 0
     diverged: int = 0
     won: int = 0
-    """Episodes that succeeded, of those that tell how far the policy has come."""
+    """Number of successful episodes, among those that measure the policy's performance."""
     resumed: int = 0
-    """Processes after the first; one that was killed before its first checkpoint left nothing and does not count."""
+    """Number of processes after the first; a process that was killed before its first checkpoint does not count."""
     recent: deque[tuple[float, float, float]] = field(default_factory=lambda: deque(maxlen=_RECENT))
-    """Success, progress and return of the last episodes."""
+    """Success, progress and return of the last episodes that measure the policy's performance."""
     best_share: float = 0.0
-    """Largest success share of so many episodes so far."""
+    """Largest success share of that many recent episodes so far."""
 
     @classmethod
     def of(cls, recipe: Recipe) -> History:
-        """Return that of a training that has not begun."""
+        """Return the history of a training that has not begun."""
         return cls(recent=deque(maxlen=_RECENT if recipe.algorithm == "ppo" else _RECENT_NOISELESS))
 
     def count(self, info: dict[str, Any], *, tells: bool = True) -> None:
         """Count an episode that has ended.
 
         Args:
-            info: Of its last step.
-            tells: Whether it tells how far the policy has come.
+            info: Info of its last step.
+            tells: Whether the episode measures the policy's performance.
         """
         self.episodes += 1
         self.diverged += info["diverged"]
@@ -68,11 +70,11 @@ class History:
             self.recent.append((float(info["is_success"]), info["progress"], info["episode"]["r"]))
 
     def count_outcome(self, course: EpisodeOutcomes, row: int) -> None:
-        """Count an episode without noise that was played beside learning.
+        """Count an episode without noise that was played outside of learning.
 
         Args:
-            course: Holds it.
-            row: Which of its episodes it is.
+            course: Outcomes that contain the episode.
+            row: Row of the episode.
         """
         self.episodes += 1
         self.diverged += bool(course.diverged[row])
@@ -81,30 +83,30 @@ class History:
 
     @property
     def success_share(self) -> float:
-        """Of the recent episodes; nan before the first."""
+        """Success share of the recent episodes; nan before the first."""
         return float(np.mean([one[0] for one in self.recent])) if self.recent else float("nan")
 
     def point(self, steps_per_s: float) -> CurvePoint:
-        """Return the present point of the curve."""
+        """Return the current point of the learning curve."""
         means = np.mean(self.recent, axis=0) if self.recent else np.full(3, np.nan)
         success, progress, reward = (round(float(mean), 4) for mean in means)
         wall_s, speed = round(self.wall_s, 2), round(steps_per_s, 1)
         return CurvePoint(self.steps, wall_s, self.episodes, success, progress, reward, self.diverged, speed, self.won)
 
     def to_json(self) -> dict[str, Any]:
-        """Return everything as plain values."""
+        """Return all fields as plain values."""
         return asdict(self) | {"recent": list(self.recent)}
 
     @classmethod
     def from_json(cls, plain: dict[str, Any], recipe: Recipe) -> History:
-        """Return what `to_json` made."""
+        """Return the history that `to_json` converted."""
         recent = cls.of(recipe).recent
         recent.extend(map(tuple, plain["recent"]))
         return cls(**plain | {"recent": recent})
 
 
 def append_to_curve(folder: TrainingFolder, point: CurvePoint) -> None:
-    """Write a point to the curve of a training."""
+    """Append a point to the learning curve of a training."""
     with (folder / "curve.csv").open("a", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
         if file.tell() == 0:
@@ -113,19 +115,19 @@ def append_to_curve(folder: TrainingFolder, point: CurvePoint) -> None:
 
 
 class TrainingCallback(BaseCallback):
-    """Writes the curve, saves checkpoints and ends a saturated training.
+    """Callback that writes the curve, saves checkpoints and ends a saturated training.
 
     Args:
-        history: To be continued.
-        recipe: How is trained.
-        steps: The budget.
-        folder: Where the curve goes.
+        history: History to continue.
+        recipe: Hyperparameters of the training.
+        steps: Budget of control steps.
+        folder: Folder of the training, in which the curve is written.
         checkpoint: Saves a checkpoint.
-        saturated: Whether the policy without noise succeeds.
-        improved: Called after an update when the recent episodes without noise went better than any before.
+        saturated: Returns whether the policy without noise succeeds.
+        improved: Called after an update if the recent episodes without noise had the best success share so far.
         listen: Called with every point of the curve.
-        begin: Called when the first episodes have been reset.
-        most_s: Wall time of the whole training, after which it ends [s].
+        begin: Called after the first reset of all episodes.
+        most_s: Wall time of the whole training after which it ends [s].
     """
 
     def __init__(
@@ -158,7 +160,7 @@ class TrainingCallback(BaseCallback):
 
     @property
     def _steps(self) -> int:
-        """Control steps, of which Stable-Baselines3 counts those with a new action."""
+        """Control steps; Stable-Baselines3 counts only those with a new action."""
         return self.num_timesteps * self._hold_steps
 
     @property
@@ -171,7 +173,7 @@ class TrainingCallback(BaseCallback):
         self._clock = time.perf_counter()
 
     def _on_rollout_start(self) -> None:
-        """Test and save the policy here, after an update: before one it is not what training continues with."""
+        """Test and save the policy, here after an update: before an update, training continues with another policy."""
         if self._steps == self.history.steps:
             return  # no update yet
         self._count(self._steps)
@@ -199,7 +201,7 @@ class TrainingCallback(BaseCallback):
 
     def _on_step(self) -> bool:
         if self._stops:
-            return False  # learning can stop only after a step, from which nothing is learned; so it does not count
+            return False  # learning can stop only after another step, which is not learned from and does not count
         for index, info in enumerate(self.locals["infos"]):
             if "episode" in info:
                 self.history.count(info, tells=index < self._telling)
@@ -211,7 +213,7 @@ class TrainingCallback(BaseCallback):
             self._write_point()
 
     def _count(self, steps: int) -> None:
-        """Count the steps that were learned from, and the time until now."""
+        """Update the number of steps that were learned from, and the wall time until now."""
         now = time.perf_counter()
         self.history.wall_s += now - self._clock
         self._clock = now

@@ -12,18 +12,19 @@ class CurvePoint:
     steps: int
     wall_s: float
     episodes: int
-    """Ended so far. The first ones of all simulations are cut short at different times, see `BatchedVecEnv`, so that
-    success is reported too low rather than too high before the task's time limit has passed once."""
+    """Number of episodes that have ended so far. The first ones of all simulations are truncated at different times,
+    see `BatchedVecEnv`, so that success is reported too low rather than too high until the task's time limit has passed
+    once."""
     success_share: float
-    """Of the last 100 episodes, with noise, or of SAC's last 20 without; nan before the first. Lost episodes end last,
-    at the time limit, and so are missing at first."""
+    """Success share of the last 100 episodes, with noise, or of SAC's last 20 without noise; nan before the first.
+    Unsuccessful episodes end last, at the time limit, so they are missing at first."""
     progress: float
-    """Mean at their ends."""
+    """Mean progress at the end of these episodes."""
     reward: float
-    """Mean of their sums."""
+    """Mean sum of rewards of these episodes."""
     diverged: int
-    """Episodes in which the simulation diverged, so far."""
+    """Number of episodes so far in which the simulation diverged."""
     steps_per_s: float
-    """Since the point before."""
+    """Control steps per second since the previous point."""
     won: int = 0
-    """Episodes that succeeded so far, of SAC those without noise."""
+    """Number of episodes that succeeded so far; with SAC, of those without noise."""

@@ -1,4 +1,4 @@
-"""The verdict on a trained policy: held-out variations, no noise, and whether to believe what it does."""
+"""Evaluation of a trained policy: held-out variations, no noise, and checks whether its behavior is plausible."""
 
 from __future__ import annotations
 
@@ -40,14 +40,17 @@ from aidsr.tasks import BENCHMARK_VERSION, Split, Variation
 from aidsr.tasks.readings import FloatArray
 
 VERDICT_EPISODES = 100
-"""Of a verdict. Source: docs/tasks.md, how a design is scored: at a share of one half the interval is 40 to 60 %."""
+"""Number of episodes of a verdict. Source: docs/tasks.md, how a design is scored: at a share of one half the confidence
+interval is 40 to 60 %."""
 
 LEAST_EPISODES = 20
-"""Fewer are no evaluation; so many serve feedback to designers. At a share of one half the interval is 30 to 70 %."""
+"""Minimum number of episodes of an evaluation; enough for feedback to designers. At a share of one half the confidence
+interval is 30 to 70 %."""
 
 REPLAYED = 20
-"""Successful episodes, evenly spread, that are played again without cables, with a locked body and with one action, at
-most. They run to the time limit, so all of a hundred would cost more than the evaluation itself. Our choice."""
+"""Maximum number of successful episodes, evenly spaced, that are replayed without cables, with a locked body and with a
+constant action. They run to the time limit, so replaying a hundred would cost more than the evaluation itself. Our
+choice."""
 
 
 _PACKAGES = ("aidsr", "mujoco", "numpy", "torch", "stable-baselines3")
@@ -55,28 +58,28 @@ _PACKAGES = ("aidsr", "mujoco", "numpy", "torch", "stable-baselines3")
 
 @dataclass(frozen=True)
 class EvaluationRollout:
-    """Episodes of an evaluation, and their statistics."""
+    """Episodes of an evaluation and their statistics."""
 
     variations: tuple[Variation, ...]
     outcomes: EpisodeOutcomes
     stats: EpisodeStats
     models: tuple[mujoco.MjModel, ...]
-    """The scene as varied for each episode."""
+    """Model of the scene as varied for each episode."""
     mean_actions: FloatArray
-    """What was done in each episode, mean over its control steps, (n, k), -1 to 1."""
+    """Mean over the control steps of the action applied in each episode, (n, k), -1 to 1."""
 
 
 @dataclass(frozen=True)
 class EvaluationPoint:
-    """How far the episodes of an evaluation have come, which are played side by side."""
+    """Progress of the episodes of a running evaluation, which are played in parallel."""
 
     episodes: int
     ended: int
     succeeded: int
     simulated_s: float
-    """Since they began [s]."""
+    """Simulated time since the episodes began [s]."""
     time_limit_s: float
-    """When the last one ends [s]."""
+    """Simulated time at which the last episode ends [s]."""
 
 
 def evaluate(
@@ -90,18 +93,18 @@ def evaluate(
     split: Split = "held_out",
     listen: Callable[[EvaluationPoint], None] = lambda _point: None,
 ) -> tuple[Evaluation, EvaluationRollout]:
-    """Judge a policy on variations it has never seen.
+    """Evaluate a policy on variations that it has never seen.
 
     Args:
-        scene: What it acts in.
+        scene: Scene in which the policy acts.
         policy: The policy, without noise.
-        episodes: How many variations, at least 20; a verdict has 100.
+        episodes: Number of variations, at least 20; a verdict has 100.
         threads: Native threads; 0 takes all processors.
-        smoothing: What the policy was trained with.
-        training: How it was trained, for the check that the simulation held meanwhile.
-        split: "held_out" for a score. "development" for a verdict that goes to designers, so that no design is made
-            for the variations that score it; training samples none of these.
-        listen: Called after every control step of its episodes; the checks that follow take about as long again.
+        smoothing: Smoothing of actions with which the policy was trained.
+        training: Result of its training, for the check that the simulation was stable during training.
+        split: "held_out" for a score. "development" for a verdict that designers read, so that no design is made for
+            the variations that score it; these development variations are never sampled in training.
+        listen: Called after every control step of the episodes; the checks that follow take about as long again.
 
     Returns:
         The verdict, and the episodes behind it.
@@ -156,7 +159,7 @@ def rollout_with_stats(
     split: Split = "held_out",
     listen: Callable[[EvaluationPoint], None] = lambda _point: None,
 ) -> EvaluationRollout:
-    """Play variations and record statistics; the arguments are those of `evaluate`."""
+    """Play variations and record statistics; the other arguments are those of `evaluate`."""
     model = copy.copy(scene.model)
     model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
     variations = tuple(scene.task.variation(split, index) for index in indices)
@@ -184,7 +187,7 @@ def rollout_with_stats(
 
 @dataclass(frozen=True)
 class Replays:
-    """Plays the variations of an evaluation again, in models changed in numbers but not in their elements."""
+    """Plays the variations of an evaluation again, in models with changed values but the same elements."""
 
     scene: TaskScene
     policy: Policy
@@ -193,11 +196,11 @@ class Replays:
     smoothing: float = 0.0
 
     def play(self, model: mujoco.MjModel, only: Sequence[int] | None = None) -> EpisodeOutcomes:
-        """Return how the episodes go in a changed model.
+        """Return the outcomes of the episodes in a changed model.
 
         Args:
             model: The scene's model, changed.
-            only: Rows of the variations to play, all unless given. The others stand still and do not succeed.
+            only: Rows of the variations to play; None for all. The other episodes are not run and do not succeed.
         """
         task, actions = self.scene.task, self.scene.actions
         episodes = Episodes(model, task, actions, self.variations, threads=self.threads, smoothing=self.smoothing)
@@ -208,8 +211,8 @@ class Replays:
     def survival(self, name: str, how: str, model: mujoco.MjModel, won: int) -> PlausibilityCheck:
         """Check that successes survive a change.
 
-        All variations are played, and not only those that succeeded: of a policy that wins half of its episodes by the
-        skin of its teeth, only half of those would be won again, in whatever physics.
+        All variations are played, not only those that succeeded: a policy that barely succeeds in half of its episodes
+        would succeed in only half of those again, with any physics.
         """
         return exploit_check(name, how, int(self.play(model).success.sum()) if won else 0, won)
 
@@ -224,7 +227,7 @@ def _exploit_checks(
 ) -> list[PlausibilityCheck]:
     """Play the same variations again with half the time step and with another integrator.
 
-    The second of the other integrators is asked only where successes do not survive the first.
+    The second of the other integrators is used only if successes do not survive the first.
     """
     replays = Replays(scene, policy, rolled.variations, threads, smoothing)
     model, won = scene.model, int(rolled.outcomes.success.sum())
@@ -240,7 +243,7 @@ def _exploit_checks(
 
 
 def _mean_action(scene: TaskScene, rolled: EvaluationRollout, threads: int) -> MeanAction | None:
-    """Play episodes that were won again with the mean of the actions that won them."""
+    """Replay successful episodes with the constant mean of the actions that succeeded in them."""
     won = np.flatnonzero(rolled.outcomes.success)
     if not won.size:
         return None
@@ -251,7 +254,7 @@ def _mean_action(scene: TaskScene, rolled: EvaluationRollout, threads: int) -> M
 
 
 def _spread(won: NDArray[np.intp]) -> list[int]:
-    """Return at most `REPLAYED` of the episodes that were won, evenly spread."""
+    """Return at most `REPLAYED` of the successful episodes, evenly spaced."""
     found: list[int] = won[np.linspace(0, won.size - 1, min(won.size, REPLAYED)).astype(int)].tolist()
     return found
 
@@ -259,14 +262,14 @@ def _spread(won: NDArray[np.intp]) -> list[int]:
 def body_checks(
     scene: TaskScene, policy: Policy, rolled: EvaluationRollout, *, threads: int = 0, smoothing: float = 0.0
 ) -> list[PlausibilityCheck]:
-    """Play again without cables, with a locked soft body, and without other actuators.
+    """Replay without cables, with a locked soft body, and without other actuators, and return these checks.
 
     Args:
-        scene: What the policy acts in.
+        scene: Scene in which the policy acts.
         policy: The policy, without noise.
-        rolled: The episodes that it played.
+        rolled: Episodes that the policy played.
         threads: Native threads; 0 takes all processors.
-        smoothing: What the policy was trained with.
+        smoothing: Smoothing of actions with which the policy was trained.
     """
     replays = Replays(scene, policy, rolled.variations, threads, smoothing)
     model, structure, won = scene.model, read_structure(scene.model), np.flatnonzero(rolled.outcomes.success)

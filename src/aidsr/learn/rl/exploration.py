@@ -1,4 +1,4 @@
-"""How much noise a policy explores with while it learns."""
+"""Schedule of the exploration noise during PPO training."""
 
 from __future__ import annotations
 
@@ -15,12 +15,11 @@ if TYPE_CHECKING:
 
 
 class Exploration(BaseCallback):
-    """Lets a policy explore freely with a bonus for entropy, and takes both from it in the last part of the budget.
+    """Callback that first allows free exploration with an entropy bonus, and ends both in the last part of the budget.
 
-    Actions are clipped to their range, so noise beyond it costs nothing more, and with a bonus it grows to several
-    times the range. That finds motions which smaller noise does not, but they hold only with the noise. In the last
-    part there is no bonus, and the largest noise that is left to the policy falls evenly, in its logarithm, to
-    `Recipe.final_noise_std`.
+    Actions are clipped to their range, so larger noise has no extra cost, and with a bonus it grows to several times
+    the range. Such noise finds motions that smaller noise does not find, but they work only with the noise. In the last
+    part there is no bonus, and the upper limit of the noise decreases exponentially to `Recipe.final_noise_std`.
     """
 
     def __init__(self, recipe: Recipe) -> None:

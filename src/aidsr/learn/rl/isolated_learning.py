@@ -1,7 +1,7 @@
-"""Training and evaluation of any scene in a child process with limits.
+"""Training and evaluation of a scene in a child process with limits.
 
-The scene goes there as text; what is learned is written into the training's folder, below which alone the child may
-change files.
+The scene is passed to the child as text. The results are written to the training's folder, the only place where the
+child may change files.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from aidsr.tasks import Level, Split
 from aidsr.tasks.travelling_task import TravellingTask
 
 _LIMITS = Limits(wall_s=14_400.0, cpu_s=math.inf, memory_mib=16_384, grace_s=60.0)
-"""Our choice: four hours to the next point of the curve, of which there are a hundred; torch alone maps several GiB; a
-minute to save a checkpoint."""
+"""Limits of a training. Our choice: four hours to the next point of the curve, of which there are a hundred; torch
+alone maps several GiB; a minute to save a checkpoint."""
 _EVALUATION_LIMITS = Limits(wall_s=14_400.0, cpu_s=math.inf, memory_mib=16_384)
-"""Our choice: many times what a thousand episodes and their films take."""
+"""Limits of an evaluation. Our choice: many times what a thousand episodes and their videos take."""
 _TORCH = ("aidsr.learn.rl.training", "aidsr.learn.rl.callbacks", "aidsr.learn.rl.trained")
 
 
@@ -37,7 +37,7 @@ def describe_actions(
     """Return in words how many actuators of a scene are driven by how many numbers of an action.
 
     Raises:
-        UserError: There is no such task, or the scene is not one of it.
+        UserError: There is no such task, or the scene does not belong to it.
         MjcfError: The scene cannot be loaded.
     """
     from aidsr.learn.episodes.scene import TaskScene
@@ -70,20 +70,20 @@ def run_training(
         task: A task or its name.
         level: Level of a task given by name.
         groups: Actuators that act together.
-        grouping: Whether they do.
-        home: Folder of the trainings, which exists.
-        number: Name of the training's folder; empty for the last one that holds this training, else the next one.
+        grouping: Whether actuators are grouped, see `map_actions`.
+        home: Existing folder of the trainings.
+        number: Name of the training's folder; if empty, the last folder that holds this training, else the next one.
         steps: Budget of control steps.
-        seed: Of the training.
-        recipe: How to train.
-        minutes: Most time it may take, None for no limit.
+        seed: Seed of the training.
+        recipe: Hyperparameters of the training.
+        minutes: Maximum wall time [min], None for no limit.
         threads: Native threads; 0 takes all processors.
         tensorboard: Whether to write logs for TensorBoard.
-        again: Whether to train again what was trained.
+        again: Whether to train again in a new folder even if this training already exists.
         listen: Called with every point of the learning curve.
 
     Raises:
-        FolderInUseError: Another process works on this very training.
+        FolderInUseError: Another process works on the same training.
     """
     from aidsr.learn.episodes.scene import TaskScene
     from aidsr.learn.rl import training
@@ -153,14 +153,14 @@ def run_policy(folder: Path, robot: Robot, environment: str, placement: Placemen
     """Return the success share of a trained policy with a changed robot, on held-out variations.
 
     Args:
-        folder: Of the finished training.
-        robot: Has the actuators of the robot that was trained.
+        folder: Folder of the finished training.
+        robot: Robot with the actuators of the robot that was trained.
         environment: MJCF of the environment.
-        placement: Of the robot.
-        episodes: How many variations.
+        placement: Placement of the robot.
+        episodes: Number of variations.
 
     Raises:
-        UserError: There is no finished training, or the scene is not one of its task.
+        UserError: There is no finished training, or the scene does not belong to its task.
         MjcfError: The robot cannot be loaded or placed.
     """
     from aidsr.learn.episodes.scene import TaskScene

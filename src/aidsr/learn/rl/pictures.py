@@ -1,4 +1,4 @@
-"""Pictures of a training: the curve, and two of the held-out episodes, as films and as motions."""
+"""Pictures of a training: the learning curve, and two of the held-out episodes as videos and as recordings."""
 
 from __future__ import annotations
 
@@ -18,11 +18,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MOST_FRAMES = 400
-"""Of one video; longer episodes show every second or third control step. Our choice: some 15 s of drawing."""
+"""Maximum number of frames of one video; longer episodes show every second or third control step. Our choice: about 15
+s of rendering."""
 
 
 def curve_picture(curve: Path) -> bytes:
-    """Return a training's curve.csv as a PNG picture: success, progress and return over control steps."""
+    """Return a training's curve.csv as a PNG plot: success, progress and return over control steps."""
     with curve.open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     column = {name: np.array([float(row[name]) for row in rows]) for name in rows[0]} if rows else {}
@@ -43,17 +44,18 @@ def curve_picture(curve: Path) -> bytes:
 
 
 def episode_recordings(mjcf: str, rolled: EvaluationRollout, control_dt_s: float) -> dict[str, bytes]:
-    """Return the best and the median episode by return as motions to be seen from any side, by name.
+    """Return the best and the median episode by return as recordings that a viewer can show from any side, by name.
 
-    Each is an .npz archive without pickled objects: `qpos` (n_frames, nq), `frame_s` between two of its rows [s],
-    `variation`, the index of the held-out variation, and `mjcf`, the scene with what that variation moved or resized.
+    Each is an .npz archive without pickled objects: `qpos` (n_frames, nq), `frame_s`, the time between two of its rows
+    [s], `variation`, the index of the held-out variation, and `mjcf`, the scene with the objects that this variation
+    moved or resized changed.
     """
     recorded = {}
     for name, index in _chosen(rolled).items():
         archive = io.BytesIO()
         np.savez_compressed(
             archive,
-            qpos=rolled.stats.qpos[index].astype(np.float32),  # for the eye: half a double's room
+            qpos=rolled.stats.qpos[index].astype(np.float32),  # precise enough for viewing, half the size of float64
             frame_s=np.float64(control_dt_s),
             variation=np.int64(index),
             mjcf=np.array(varied_mjcf(mjcf, rolled.variations[index])),
@@ -63,7 +65,7 @@ def episode_recordings(mjcf: str, rolled: EvaluationRollout, control_dt_s: float
 
 
 def episode_videos(mjcf: str, rolled: EvaluationRollout, control_dt_s: float) -> dict[str, bytes]:
-    """Return the best and the median episode by return as MP4, by name; nothing where there is no OpenGL."""
+    """Return the best and the median episode by return as MP4 videos, by name; an empty dict without OpenGL."""
     drawn = {}
     for name, index in _chosen(rolled).items():
         qpos = rolled.stats.qpos[index]
@@ -76,6 +78,6 @@ def episode_videos(mjcf: str, rolled: EvaluationRollout, control_dt_s: float) ->
 
 
 def _chosen(rolled: EvaluationRollout) -> dict[str, int]:
-    """Return which episodes a person is shown, by what they are among the others."""
+    """Return the indices of the episodes that are shown, by their rank among the others."""
     order = np.argsort(rolled.outcomes.reward)
     return {"best": int(order[-1]), "median": int(order[(len(order) - 1) // 2])}

@@ -27,11 +27,13 @@ if TYPE_CHECKING:
     from stable_baselines3.common.vec_env import VecNormalize
 
 _MAX_BYTES = 64 * 2**20
-"""Bytes of a policy, unpacked, and of its normalisation. Our choice: a hundred times what a usual network takes."""
+"""Maximum size of a policy, unpacked, and of its normalisation [bytes]. Our choice: a hundred times what a usual
+network takes."""
 _ACTOR, _CRITICS = "actor.", ("critic.", "critic_target.")
-"""What the weights of a policy of soft actor-critic begin with in Stable-Baselines3."""
+"""Prefixes of the names of a SAC policy's weights in Stable-Baselines3."""
 _UNREADABLE = (ValueError, TypeError, RuntimeError, EOFError, RecursionError, NotImplementedError, UnpicklingError)
-"""What reading weights and JSON raises when they are none; the first is also that of JSON and of text."""
+"""Exceptions raised when files that should contain weights or JSON contain something else; the first also covers JSON
+and text."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,7 @@ class Normalisation:
     """Running statistics of observations and returns, as VecNormalize of Stable-Baselines3 keeps them."""
 
     mean: FloatArray
-    """Of each observation, (n_observations,)."""
+    """Mean of each observation, (n_observations,)."""
     var: FloatArray
     count: float
     return_mean: float
@@ -52,7 +54,7 @@ class Normalisation:
     def of(cls, env: VecNormalize) -> Self:
         """Return the statistics of a training."""
         seen, returns = env.obs_rms, env.ret_rms
-        assert not isinstance(seen, dict)  # they are one box
+        assert not isinstance(seen, dict)  # observations are a single array
         return cls(
             mean=seen.mean,
             var=seen.var,
@@ -65,14 +67,14 @@ class Normalisation:
         )
 
     def restore(self, env: VecNormalize) -> None:
-        """Set these statistics in a training."""
-        assert not isinstance(env.obs_rms, dict)  # as above
+        """Restore these statistics in a training."""
+        assert not isinstance(env.obs_rms, dict)  # observations are a single array
         env.obs_rms.mean, env.obs_rms.var, env.obs_rms.count = self.mean.copy(), self.var.copy(), self.count
         env.ret_rms.mean, env.ret_rms.var = np.array(self.return_mean), np.array(self.return_var)
         env.ret_rms.count = self.return_count
 
     def apply(self, observation: NDArray[np.floating]) -> FloatArray:
-        """Return normalised observations, as the network takes them."""
+        """Return normalised observations, the input of the network."""
         return np.clip((observation - self.mean) / np.sqrt(self.var + self.epsilon), -self.clip, self.clip)
 
     def to_json(self) -> str:
@@ -107,19 +109,19 @@ def _text_within_limit(path: Path) -> str:
 
 
 def network_options(recipe: Recipe) -> dict[str, Any]:
-    """Return what makes the network of a recipe, in the words of Stable-Baselines3."""
+    """Return the options of Stable-Baselines3 that define the network of a recipe."""
     from aidsr.learn.rl.fused_adam import FusedAdam
 
     options = {"net_arch": list(recipe.hidden_sizes), "optimizer_class": FusedAdam}
     if recipe.algorithm == "sac":
         return options
-    epsilon = {"eps": 1e-5}  # as Stable-Baselines3 has it for PPO
+    epsilon = {"eps": 1e-5}  # default of Stable-Baselines3 for PPO
     return options | {"log_std_init": float(np.log(recipe.action_noise_std)), "optimizer_kwargs": epsilon}
 
 
 @contextlib.contextmanager
 def one_torch_thread() -> Iterator[None]:
-    """Let torch use one thread: for networks this small more of them only wait for each other."""
+    """Limit torch to one thread: for networks this small, more threads only wait for each other."""
     import torch
 
     before = torch.get_num_threads()
@@ -132,27 +134,27 @@ def one_torch_thread() -> Iterator[None]:
 
 @dataclass(frozen=True)
 class TrainedPolicy:
-    """Acts without noise."""
+    """A trained policy that acts without noise."""
 
     network: BasePolicy
-    """What acts: the actor of soft actor-critic, without its critics; the whole policy of PPO."""
+    """Network that acts: the actor of soft actor-critic, without its critics; the whole policy of PPO."""
     normalisation: Normalisation
 
     @classmethod
     def of(cls, policy: BasePolicy, normalisation: Normalisation) -> Self:
-        """Return the part of a policy of Stable-Baselines3 that acts."""
+        """Return a trained policy with the acting part of a Stable-Baselines3 policy."""
         from stable_baselines3.sac.policies import SACPolicy
 
         return cls(policy.actor if isinstance(policy, SACPolicy) else policy, normalisation)
 
     def act(self, observation: NDArray[np.floating]) -> FloatArray:
-        """See `Policy`."""
+        """Return actions for observations, see `Policy`."""
         action, _ = self.network.predict(self.normalisation.apply(observation).astype(np.float32), deterministic=True)
         return np.asarray(action, dtype=np.float64)
 
     @property
     def fingerprint(self) -> str:
-        """SHA-256 of weights, normalisation and base motion: the same policy has the same in any file."""
+        """SHA-256 of weights and normalisation: the same policy has the same fingerprint in any file."""
         digest = hashlib.sha256(self.normalisation.to_json().encode())
         for name, weights in sorted(self.network.state_dict().items()):
             digest.update(name.encode() + weights.numpy(force=True).tobytes())
@@ -162,15 +164,15 @@ class TrainedPolicy:
     def load(cls, folder: Path, recipe: Recipe, n_actions: int) -> Self:
         """Return the policy in a folder.
 
-        Only numbers are read from its policy.zip, never the Python objects that such a file may hold beside them.
+        Only numbers are read from its policy.zip, never the Python objects that such a file may also contain.
 
         Args:
-            folder: Holds policy.zip and normalisation.json.
-            recipe: What it was trained with.
-            n_actions: Numbers in an action.
+            folder: Folder with policy.zip and normalisation.json.
+            recipe: Hyperparameters with which the policy was trained.
+            n_actions: Number of values in an action.
 
         Raises:
-            UserError: There is no such policy, or it is one of another robot.
+            UserError: There is no such policy, or it belongs to another robot.
         """
         import torch
         from stable_baselines3.common.policies import ActorCriticPolicy
@@ -184,7 +186,7 @@ class TrainedPolicy:
                 content = BytesIO(archive.read("policy.pth"))
             with warnings.catch_warnings(
                 action="ignore"
-            ):  # about files that torch did not write, which it then refuses
+            ):  # warnings about files that torch did not write; loading them then fails
                 weights = torch.load(content, map_location="cpu", weights_only=True)
         except (OSError, KeyError, zipfile.BadZipFile) as error:
             raise UserError(f"no trained policy in {folder}: {error}") from None
@@ -206,20 +208,20 @@ class TrainedPolicy:
 
 
 class _NoOptimizer:
-    """Stands for the optimizer of a policy that learns no more: torch loads its compiler for one, which takes 2 s."""
+    """Placeholder for the optimizer of a finished policy: creating a real one loads torch's compiler for 2 s."""
 
     def __init__(self, *_: object, **__: object) -> None:
         pass
 
 
 def _that_act(weights: dict[str, Any]) -> dict[str, Any]:
-    """Return the weights of the actor where there is one, under the names that it has for them; else all."""
+    """Return the weights of the actor, with its names, if there is an actor; else all weights."""
     of_actor = {name.removeprefix(_ACTOR): each for name, each in weights.items() if name.startswith(_ACTOR)}
     return of_actor or weights
 
 
 def without_critics(weights: bytes) -> bytes:
-    """Return a policy.pth that acts as another one does, without the critics of soft actor-critic."""
+    """Return a policy.pth without the critics of soft actor-critic; it acts in the same way."""
     import torch
 
     kept = torch.load(BytesIO(weights), map_location="cpu", weights_only=True)

@@ -1,4 +1,4 @@
-"""How a policy is trained: one set of numbers for all tasks and bodies, and what a user may add."""
+"""Hyperparameters of training: one set for all tasks and robots, and the options of a user."""
 
 from __future__ import annotations
 
@@ -18,90 +18,93 @@ if TYPE_CHECKING:
 Share = Annotated[float, Field(ge=0, le=1)]
 
 HOPELESS_AFTER = 0.7
-"""Part of the budget without a single success of the policy without noise, after which a training of SAC is hopeless.
+"""Share of the budget after which a SAC training without a single success of the noise-free policy counts as hopeless.
 Our choice, measured in benchmarks/learning."""
 
 
 LEAST_SEARCHED = 10_000
-"""Control steps of a training before which no motion is searched. Our choice: the search takes as many itself."""
+"""Smallest budget of control steps with which a motion is searched. Our choice: the search itself takes as many."""
 
 
 class Recipe(Artifact):
-    """PPO (Schulman et al. 2017) or SAC (Haarnoja et al. 2018) of Stable-Baselines3 on batched simulations.
+    """Hyperparameters of PPO (Schulman et al. 2017) or SAC (Haarnoja et al. 2018) with Stable-Baselines3.
 
-    The defaults are those of PPO. Source: our choice, measured on an arm and a crawler (docs/learning.md): many
-    simulations with short rollouts and a high learning rate learn several times faster from the same physics than the
-    usual long rollouts.
+    Training runs on batched simulations. The defaults are those of PPO. Source: our choice, measured on an arm and a
+    crawler (docs/learning.md): many simulations with short rollouts and a high learning rate learn several times faster
+    from the same physics than the usual long rollouts.
     """
 
     algorithm: Literal["ppo", "sac"] = "ppo"
     simulations: Annotated[int, Field(ge=1)] = 64
-    """Side by side."""
+    """Number of parallel simulations."""
     rollout_steps: Annotated[int, Field(ge=1)] = 8
     """Control steps of each simulation between two updates."""
     batch_size: Annotated[int, Field(ge=2)] = 128
     epochs: Annotated[int, Field(ge=1)] = 10
     learning_rate: Annotated[float, Field(gt=0)] = 1e-3
-    """At the start."""
+    """Learning rate at the start."""
     final_learning_rate: Annotated[float, Field(gt=0)] = 1e-4
-    """At the end of the budget; it falls evenly, so that the policy that is kept is not one of many that come by."""
+    """Learning rate at the end of the budget. It decreases linearly, so that the policy has stopped fluctuating when it
+    is kept."""
     gamma: Share = 0.97
-    """Discount of one control step."""
+    """Discount factor of one control step."""
     gae_lambda: Share = 0.95
     clip_range: Annotated[float, Field(gt=0)] = 0.2
     action_noise_std: Annotated[float, Field(gt=0)] = 0.6
-    """Standard deviation of actions at the start; learned from there."""
+    """Standard deviation of actions at the start; learned from there on."""
     settling_noise_std: Annotated[float, Field(gt=0)] = 3.0
-    """Largest standard deviation that is left to actions when settling begins. Our choice, see docs/learning.md."""
+    """Upper limit of the actions' standard deviation when settling begins. Our choice, see docs/learning.md."""
     final_noise_std: Annotated[float, Field(gt=0)] = 0.2
-    """The same at the end of the budget, see `aidsr.learn.rl.exploration`."""
+    """Upper limit of the actions' standard deviation at the end of the budget, see `aidsr.learn.rl.exploration`."""
     settling: Share = 0.3
-    """Part of the budget, at its end, in which noise is taken from the policy; 0 leaves it."""
+    """Last share of the budget, in which the noise of the policy is reduced; 0 keeps the noise."""
     entropy_bonus: Annotated[float, Field(ge=0)] = 0.01
-    """Weight of the policy's entropy in what is maximised, until the policy settles. Without it noise dies where it
-    costs progress, and the policy stays where it has come to (docs/learning.md)."""
+    """Weight of the policy's entropy in the objective until settling begins. Without it, noise vanishes where it costs
+    progress, and the policy stops improving (docs/learning.md)."""
     hidden_sizes: Annotated[tuple[Annotated[int, Field(ge=1, le=4096)], ...], Field(max_length=8)] = (64, 64)
-    """Of policy and of value, which share nothing."""
+    """Hidden layers of the policy and of the value network, which share no parameters."""
     smoothing: Annotated[float, Field(ge=0, lt=1)] = 0.0
     """Share of the previous action that is kept in the next."""
     patience_s: Annotated[float, Field(gt=0)] = 5.0
-    """A training episode is cut short, as at its time limit, when its progress has not grown for this long. Where
-    nothing happens any more nothing is learned, and a budget holds few episodes of a minute."""
+    """Time without growing progress after which a training episode is truncated, as at its time limit [s]. Nothing is
+    learned once nothing happens, and a budget holds only few episodes of a minute."""
     saturation: Share = 0.95
-    """Share of development episodes that succeed without noise when training ends before its budget."""
+    """Share of development episodes that must succeed without noise for training to end before its budget."""
     randomize: bool = False
-    """Whether each training episode differs from the model as a real robot may, see `perturbation.randomized`. Ours;
-    the paper trains in the model."""
+    """Whether each training episode differs from the model as a real robot may, see `perturbation.randomized`. An
+    addition of this project; the paper trains in the unchanged model."""
     from_probe: bool = False
-    """Whether a probe searches a motion first. PPO begins with it (`aidsr.learn.rl.behavior_cloning`); with SAC it is
-    the policy where learning does not beat it (`aidsr.learn.rl.rival_motion`). Ours; the paper starts from nothing."""
+    """Whether a probe searches for a motion first. PPO begins with imitating it (`aidsr.learn.rl.behavior_cloning`);
+    with SAC, the motion becomes the policy if learning does not beat it (`aidsr.learn.rl.rival_motion`). An addition of
+    this project; the paper starts without a motion."""
     script: str = ""
-    """Motion that the policy corrects, in the notation of `aidsr.learn.openloop.script`; without one it begins with
-    nothing. With `from_probe` it is the motion that was not beaten. SAC only. Source: residual policy learning, Silver
-    et al. 2018."""
+    """Motion that the policy corrects, in the notation of `aidsr.learn.openloop.script`; empty for none. With
+    `from_probe` it is the motion that learning did not beat. SAC only. Source: residual policy learning, Silver et al.
+    2018."""
     correction: Annotated[float, Field(gt=0, le=2)] = 0.3
-    """By how much the policy can change the action of the script, -1 to 1, either way. Our choice."""
+    """Largest change of the script's action by the policy, in either direction, where actions are -1 to 1. Our
+    choice."""
     hold_steps: Annotated[int, Field(ge=1)] = 1
-    """Control steps for which an action is held, in training and afterwards. Soft bodies filter out what changes
-    faster, and a policy has fewer decisions to learn; `gamma` is then the discount of one held action."""
+    """Control steps for which an action is held, in training and afterwards. Soft bodies filter out faster changes, and
+    a policy has fewer decisions to learn; `gamma` is then the discount factor of one held action."""
     updates: Annotated[int, Field(ge=1)] = 8
-    """SAC only, as all below: updates after each step of all simulations."""
+    """Updates after each step of all simulations. This and all fields below apply to SAC only."""
     target_rate: Annotated[float, Field(gt=0, le=1)] = 0.01
-    """Share by which the target of the value moves with each update."""
+    """Share by which the target value network moves towards the value network in each update."""
     entropy_weight: Annotated[float, Field(gt=0)] = 0.05
-    """Weight of the policy's entropy at the start; learned from there."""
+    """Weight of the policy's entropy at the start; learned from there on."""
     random_steps: Annotated[int, Field(ge=1)] = 4_500
-    """Control steps of random actions before anything is learned, an eighth of the budget at most."""
+    """Control steps with random actions before learning begins, at most an eighth of the budget."""
     noiseless_simulations: Annotated[int, Field(ge=1)] = 8
-    """Simulations in which the policy acts without noise. Their episodes tell how far it has come, and it learns from
-    them as from the others."""
+    """Number of simulations in which the policy acts without noise. Their episodes measure its performance, and it also
+    learns from them."""
     stop_hopeless: bool = False
-    """Whether a training ends where it is hopeless, see `is_hopeless`."""
+    """Whether a training ends as soon as it is hopeless, see `is_hopeless`."""
 
     @model_validator(mode="before")
     @classmethod
     def _of_before(cls, plain: Any) -> Any:
-        """Read a recipe of before, when PPO could correct a motion found by a search, if nothing was searched."""
+        """Read a recipe of an earlier version, in which PPO could correct a searched motion, if it searched none."""
         if isinstance(plain, dict) and plain.get("search_share") == 0.0:
             return {
                 name: value for name, value in plain.items() if name not in ("search_share", "correction_noise_std")
@@ -121,20 +124,20 @@ class Recipe(Artifact):
     def beginning_with(self, script: str) -> Recipe:
         """Return the recipe of a policy that corrects a script; no other motion is searched.
 
-        With an empty script it is this recipe.
+        With an empty script, return this recipe.
         """
         return self.model_copy(update={"script": script, "from_probe": False}) if script else self
 
     def searches(self, steps: int) -> bool:
-        """Return whether a motion is searched that a policy of SAC with this budget has to beat."""
+        """Return whether a SAC training with this budget first searches for a motion that the policy has to beat."""
         return self.algorithm == "sac" and self.from_probe and steps >= LEAST_SEARCHED
 
     def from_nothing(self) -> Recipe:
-        """Return the recipe of a policy that has no motion, neither to correct nor to beat."""
+        """Return the recipe of a policy without a motion to correct or to beat."""
         return self.model_copy(update={"script": "", "from_probe": False})
 
     def as_asked(self) -> Recipe:
-        """Return the recipe without what a probe found."""
+        """Return the recipe as the user requested it, without the motion that a probe found."""
         return self.model_copy(update={"script": ""}) if self.from_probe else self
 
     def acting_in(self, scene: TaskScene) -> TaskScene:
@@ -153,18 +156,19 @@ class Recipe(Artifact):
         return held.with_base(played, self.correction)
 
     def learning_rate_when(self, left: float) -> float:
-        """Return the learning rate when a share of the budget is left; a last rollout goes beyond it, to below 0."""
+        """Return the learning rate for the remaining share of the budget, below 0 in a rollout beyond the budget."""
         return self.final_learning_rate + (self.learning_rate - self.final_learning_rate) * max(left, 0.0)
 
 
 def is_hopeless(algorithm: str, *, has_won: bool, steps: int, budget: int) -> bool:
-    """Return whether a training will hardly succeed any more.
+    """Return whether a training is unlikely to succeed any more.
 
     Args:
-        algorithm: Of its recipe. With PPO, nothing is hopeless: the rule was not measured there.
+        algorithm: Algorithm of its recipe. A PPO training is never hopeless, because the rule was not measured with
+            PPO.
         has_won: Whether an episode without noise has succeeded.
         steps: Control steps so far.
-        budget: Of control steps.
+        budget: Budget of control steps.
     """
     return algorithm == "sac" and not has_won and steps >= HOPELESS_AFTER * budget
 
@@ -197,7 +201,7 @@ def recipe_of(
     """Return the recipe of a protocol with the options of a user.
 
     Raises:
-        UserError: There is no such protocol, or the options do not go together.
+        UserError: There is no such protocol, or the options are not compatible.
     """
     if protocol not in PROTOCOLS:
         raise UserError(f'no protocol "{protocol}"; use {" or ".join(PROTOCOLS)}')

@@ -1,4 +1,4 @@
-"""One held-out episode of a trained policy, played again and recorded: positions, cables, contacts, progress."""
+"""Recording of one held-out episode of a trained policy, played again: positions, cables, contacts, progress."""
 
 from __future__ import annotations
 
@@ -9,15 +9,16 @@ from aidsr.sandbox.isolated import isolated
 from aidsr.sandbox.limits import Limits
 
 _LIMITS = Limits(wall_s=300.0, cpu_s=180.0, memory_mib=16384)
-"""Our choice: ten times what the longest episode of a task takes; torch maps some 6 GiB without using them."""
+"""Limits of the child process. Our choice: ten times what the longest episode of a task takes; torch maps about 6 GiB
+without using them."""
 
 
 @isolated(limits=_LIMITS)
 def record_episode(training: Path, variation: int) -> bytes:
     """Play one held-out variation with the policy of a training; see `aidsr.learn.episodes.recording.record_rollout`.
 
-    Played alone an episode may come out otherwise than among the hundred of an evaluation, as the network adds up in
-    another order; `ended` is that of this one.
+    The episode may differ from the same one among the hundred of an evaluation, because a single observation changes
+    the order in which the network's sums are computed; `ended` describes this episode.
 
     Args:
         training: Folder of a finished training.
@@ -25,7 +26,7 @@ def record_episode(training: Path, variation: int) -> bytes:
 
     Raises:
         UserError: There is no such training, or an earlier version made it, with other observations.
-        IsolationError: It takes too long.
+        IsolationError: The episode takes too long.
     """
     from aidsr.learn.episodes.batch import Episodes
     from aidsr.learn.episodes.recording import STATE, record_rollout

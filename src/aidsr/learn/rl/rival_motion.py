@@ -1,4 +1,4 @@
-"""A motion that a policy has to beat: what a probe finds in seconds may serve a body that learning misses."""
+"""Search for a motion that a policy has to beat: a probe may find one in seconds where learning fails."""
 
 from __future__ import annotations
 
@@ -13,23 +13,24 @@ from aidsr.learn.openloop.motion import Motions, OpenLoopPolicy
 from aidsr.learn.openloop.script import script_of
 
 SEARCHED = 4
-"""Variations that are searched. Our choice: of four motions that win one variation each, one more often wins others too
-than of the usual two, which come a little farther in their own."""
+"""Number of variations that are searched. Our choice: compared with the usual two, four motions that each succeed in
+one variation more often include one that also succeeds in others, although they get a little less far in their own."""
 CHOSEN_IN, TOLD_BY = 8, 20
-"""Variations in which the motions that won are compared, and others that tell the share of the best of them."""
+"""Number of variations in which the successful motions are compared, and number of other variations in which the
+success share of the best one is measured."""
 LEAST_WON = 0.5
-"""Share that it has to win of both: as much as makes a design successful."""
+"""Smallest success share in both sets of variations: the same that makes a design successful."""
 
 
 @dataclass(frozen=True)
 class RivalMotion:
-    """What a search came to.
+    """Result of the search for a motion.
 
     Attributes:
-        report: Of the probe.
-        script: The motion as a script; "" where none wins often enough.
-        share: Of variations that had no part in choosing it; 0 without a motion.
-        steps: Control steps that search and comparison took.
+        report: Report of the probe.
+        script: The motion as a script; "" where none succeeds often enough.
+        share: Success share in variations that were not used to choose the motion; 0 without a motion.
+        steps: Control steps used by search and comparison.
     """
 
     report: ProbeReport
@@ -39,11 +40,13 @@ class RivalMotion:
 
 
 def find_rival(scene: TaskScene, *, seed: int, threads: int) -> RivalMotion:
-    """Search a motion that wins, with the budget of `aidsr probe`, and play it in variations it was not searched in.
+    """Search for a motion that succeeds, and test it in variations in which it was not searched.
+
+    The search has the budget of `aidsr probe`.
 
     Args:
-        scene: To search in; its actions are not held.
-        seed: Of the search.
+        scene: Scene to search in; its actions are not held.
+        seed: Seed of the search.
         threads: Native threads; 0 takes all processors.
     """
     played = _Played(scene, threads)
@@ -61,14 +64,14 @@ def find_rival(scene: TaskScene, *, seed: int, threads: int) -> RivalMotion:
 
 
 class _Played:
-    """Plays motions in development variations, and counts for how long."""
+    """Plays motions in development variations and sums up the simulated time."""
 
     def __init__(self, scene: TaskScene, threads: int) -> None:
         self._scene, self._threads = scene, threads
         self.simulated_s = 0.0
 
     def share(self, motion: Motion, numbers: Sequence[int]) -> float:
-        """Return the share of these variations that a motion wins."""
+        """Return the share of the given variations in which a motion succeeds."""
         task = self._scene.task
         variations = [task.variation("development", number) for number in numbers]
         episodes = Episodes(self._scene.model, task, self._scene.actions, variations, threads=self._threads)

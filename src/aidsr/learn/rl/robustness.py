@@ -1,4 +1,4 @@
-"""How much of its success a policy keeps where the scene differs from its model, as a real robot does."""
+"""Robustness of a policy: success that remains where the scene differs from its model, as a real robot does."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SUMMARIES: dict[PerturbationKind, str] = {
     "high_cable_friction": f"cable friction {CABLE_FRICTIONS[1]:g}",
     "combined": f"all parameters, delay, cable friction {CABLE_FRICTIONS[0]:g}",
 }
-"""What differs, in words."""
+"""Description of each perturbation."""
 
 
 def perturbed_episodes(
@@ -30,11 +30,11 @@ def perturbed_episodes(
     """Play the variations of an evaluation again, with each kind of perturbation.
 
     Args:
-        scene: As evaluated.
-        policy: Likewise.
-        evaluation: Without perturbations; names the variations.
+        scene: Scene of the evaluation.
+        policy: Policy of the evaluation.
+        evaluation: Evaluation without perturbations; it lists the variations.
         threads: Native threads; 0 takes all processors.
-        smoothing: What the policy was trained with.
+        smoothing: Smoothing of actions with which the policy was trained.
     """
     structure, split = read_structure(scene.model), evaluation.split
     indices = [episode.variation for episode in evaluation.episodes]

@@ -1,4 +1,4 @@
-"""A short training of which only the verdict is wanted: what a policy makes of a body in little time."""
+"""Short training that only returns the verdict: what a policy achieves with a robot in little time."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from aidsr.sandbox.limits import Limits
 from aidsr.tasks import Level
 
 _LIMITS = Limits(wall_s=14_400.0, cpu_s=14_400.0, memory_mib=16_384)
-"""Our choice: many times what a training of 100,000 steps takes; torch alone maps several GiB."""
+"""Limits of the child process. Our choice: many times what a training of 100,000 steps takes; torch alone maps several
+GiB."""
 
 
 @isolated(limits=_LIMITS)
@@ -27,20 +28,20 @@ def train_briefly(
 ) -> Evaluation:
     """Train a policy for some steps in an isolated process and evaluate it on development variations it never saw.
 
-    Held-out variations are kept for the score: what is found here goes to those who design.
+    Held-out variations are reserved for the score, because designers read the result of this evaluation.
 
     Args:
         mjcf: MJCF of the scene.
-        steps: Steps of training.
+        steps: Control steps of the training.
         groups: Actuators that act together.
         task: Name of the task.
-        level: Its level.
-        goal: File of a goal, instead of a task.
+        level: Level of the task.
+        goal: File of a user-defined goal, instead of a task.
 
     Raises:
-        UserError: There is no such task, or the scene is not one of it.
+        UserError: There is no such task, or the scene does not belong to it.
         MjcfError: The scene cannot be loaded.
-        IsolationError: Training ran past its limits.
+        IsolationError: Training exceeded its limits.
     """
     from aidsr.learn.episodes.scene import TaskScene
     from aidsr.learn.rl.evaluation import LEAST_EPISODES, evaluate

@@ -1,4 +1,4 @@
-"""A task as an environment of Gymnasium: one simulation, with the code of the batched one behind it."""
+"""A task as a Gymnasium environment: one simulation, based on the code of the batched one."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _SEEDS = 2**31
 
 
 class TaskEnv(gymnasium.Env[_Observation, NDArray[np.float32]]):
-    """One robot at one task.
+    """Gymnasium environment with one robot and one task.
 
         import gymnasium
         import aidsr.learn.rl
@@ -36,11 +36,11 @@ class TaskEnv(gymnasium.Env[_Observation, NDArray[np.float32]]):
         task: A task or its name.
         scene: MJCF of a robot in the task's environment, or the path of a file that holds it.
         level: Level of a task given by name.
-        split: Which variations episodes are drawn from; learning should see "development" only.
+        split: Split from which the variations of episodes are drawn; learning should see "development" only.
         groups: Actuators that act together, as the robot's author declares.
-        grouping: Whether they do, see `map_actions`.
+        grouping: Whether actuators are grouped, see `map_actions`.
         smoothing: Share of the previous action that is kept in the next.
-        render_mode: Nothing is drawn; `aidsr.render.pictures.video` draws motions.
+        render_mode: None only, because nothing is rendered; `aidsr.render.pictures.video` renders motions.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - Gymnasium declares it like this
@@ -73,8 +73,8 @@ class TaskEnv(gymnasium.Env[_Observation, NDArray[np.float32]]):
         """Reset to a new episode.
 
         Args:
-            seed: Of the variations drawn from now on.
-            options: {"variation": index} asks for one variation.
+            seed: Seed of the variations drawn from now on.
+            options: {"variation": index} selects a variation.
         """
         super().reset(seed=seed)
         sampled = int(self.np_random.integers(_SEEDS))
@@ -96,13 +96,13 @@ class TaskEnv(gymnasium.Env[_Observation, NDArray[np.float32]]):
 
 
 def environment_id(task: str, known: Sequence[str]) -> str:
-    """Return the id of a task in Gymnasium: "aidsr/ButtonPushing-v0" for "reaching/button_pushing".
+    """Return the Gymnasium id of a task: "aidsr/ButtonPushing-v0" for "reaching/button_pushing".
 
-    A task of another package whose name is that of other tasks as well has its category before it:
-    "aidsr/Home.ButtonPushing-v0" for "home/button_pushing". The benchmark's own tasks never do.
+    If a task of another package has the same name as another task, its id contains its category:
+    "aidsr/Home.ButtonPushing-v0" for "home/button_pushing". The ids of the benchmark's own tasks never do.
 
     Args:
-        task: CATEGORY/NAME.
+        task: Name of the task, CATEGORY/NAME.
         known: Names of all tasks.
     """
     category, _, name = task.rpartition("/")
@@ -112,7 +112,7 @@ def environment_id(task: str, known: Sequence[str]) -> str:
 
 
 def register_environments() -> None:
-    """Register all tasks with `gymnasium.make`, as importing `aidsr.learn.rl` does."""
+    """Register all tasks with `gymnasium.make`; importing `aidsr.learn.rl` calls this."""
     known = task_names()
     for name in known:
         if (id := environment_id(name, known)) not in gymnasium.registry:

@@ -1,4 +1,4 @@
-"""A policy as it was at some moment of its training."""
+"""A policy at one moment of its training."""
 
 from __future__ import annotations
 
@@ -16,31 +16,31 @@ from aidsr.learn.rl.policy import Normalisation
 
 @dataclass(frozen=True)
 class Snapshot:
-    """Weights of all networks, and the normalisation that they were used with."""
+    """Weights of all networks, and the normalisation with which they were used."""
 
     weights: Mapping[str, torch.Tensor]
     normalisation: Normalisation
 
     @classmethod
     def of(cls, policy: BasePolicy, env: VecNormalize) -> Self:
-        """Return what a training has now."""
+        """Return the present state of a training."""
         weights = {name: value.clone() for name, value in policy.state_dict().items()}
         return cls(weights, Normalisation.of(env))
 
     def restore(self, policy: BasePolicy, env: VecNormalize) -> None:
-        """Let a training have it again."""
+        """Restore this state in a training."""
         policy.load_state_dict(self.weights)
         self.normalisation.restore(env)
 
     def save(self, folder: Path) -> None:
-        """Write it into a folder, which is made."""
+        """Write the snapshot into a new folder."""
         folder.mkdir()
         torch.save(dict(self.weights), folder / "weights.pth")
         (folder / "normalisation.json").write_text(self.normalisation.to_json(), encoding="utf-8")
 
     @classmethod
     def load(cls, folder: Path) -> Self | None:
-        """Return what `save` wrote, None where there is nothing. Only numbers are read."""
+        """Return the snapshot that `save` wrote, None if there is none. Only numbers are read, no Python objects."""
         if not folder.exists():
             return None
         weights = torch.load(folder / "weights.pth", map_location="cpu", weights_only=True)

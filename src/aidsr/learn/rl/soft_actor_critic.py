@@ -1,4 +1,4 @@
-"""Soft actor-critic of Stable-Baselines3: quicker updates, and simulations that show it without noise."""
+"""Soft actor-critic of Stable-Baselines3 with faster updates and with noise-free simulations."""
 
 from __future__ import annotations
 
@@ -22,34 +22,36 @@ from aidsr.learn.rl.policy import network_options
 from aidsr.learn.rl.recipe import Recipe
 
 _MOST_TRANSITIONS = 100_000
-"""That are kept to learn from: all of the default budget. Our choice; each takes some 600 bytes."""
+"""Maximum size of the replay buffer; it holds every transition of the default budget. Our choice; each takes about 600
+bytes."""
 _EPSILON = 1e-6
-"""Keeps the logarithm of an action's likelihood finite at its limits. Source: Stable-Baselines3."""
+"""Small number that keeps the log-likelihood of an action finite at its limits. Source: Stable-Baselines3."""
 _KEPT = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
 """Arrays of a replay buffer, (n_steps, n_simulations, ...)."""
 
 
 class SoftActorCritic(SAC):
-    """Acts without noise in its first simulations, once its first actions, which are random, are over.
+    """SAC that acts without noise in its first simulations, once the random actions at the start are over.
 
-    Only there can be seen what the policy is worth: soft bodies are shaken loose by noise.
+    Noise-free episodes show the policy's real performance: exploration noise shakes soft bodies loose.
     """
 
     noiseless = 0
-    """Simulations without noise."""
+    """Number of simulations without noise."""
     corrects = False
-    """Whether it corrects a script: then nothing in these simulations is random, and they begin with the script."""
+    """Whether the policy corrects a script: then the noise-free simulations have no random actions and begin with the
+    script."""
 
     @classmethod
     def of(cls, recipe: Recipe, env: VecNormalize, steps: int, seed: int, tensorboard: str | None) -> SoftActorCritic:
-        """Return an untrained one.
+        """Return an untrained model.
 
         Args:
-            recipe: Its numbers.
-            env: What it acts in.
+            recipe: Hyperparameters.
+            env: Environment in which the policy acts.
             steps: Budget of control steps.
-            seed: Of networks, actions and what is drawn to learn from.
-            tensorboard: Folder of logs.
+            seed: Seed of networks, actions and replay sampling.
+            tensorboard: Folder of TensorBoard logs, None for no logs.
         """
         decisions = max(steps // recipe.hold_steps, recipe.simulations)
         model = cls(
@@ -76,7 +78,7 @@ class SoftActorCritic(SAC):
         return model
 
     def _correct_nothing(self) -> None:
-        """Let the actor's mean be 0 whatever it observes, with which it plays the script as it is."""
+        """Set the actor's mean to 0 for every observation, so that it plays the script unchanged."""
         mean = self.actor.mu
         assert isinstance(mean, torch.nn.Linear)
         with torch.no_grad():
@@ -88,22 +90,22 @@ class SoftActorCritic(SAC):
     ) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
         action, stored = super()._sample_action(learning_starts, action_noise, n_envs)
         if self.noiseless and (self.corrects or self.num_timesteps >= learning_starts):
-            assert isinstance(self._last_obs, np.ndarray)  # one box
+            assert isinstance(self._last_obs, np.ndarray)  # observations are a single array
             shown, _ = self.predict(self._last_obs[: self.noiseless], deterministic=True)
             action[: self.noiseless] = stored[: self.noiseless] = shown
         return action, stored
 
     def _setup_model(self) -> None:
-        """Build the networks, and learn the weight of the entropy as well, as "auto" does in Stable-Baselines3."""
+        """Create the networks, and make the entropy weight a learned parameter, as "auto" does in Stable-Baselines3."""
         super()._setup_model()
         self.log_ent_coef = torch.log(torch.tensor([float(self.ent_coef)])).requires_grad_()
         self.ent_coef_optimizer = FusedAdam([self.log_ent_coef], self.lr_schedule(1))  # type: ignore[assignment]
 
     def train(self, gradient_steps: int, batch_size: int = 64) -> None:
-        """Update the networks as Stable-Baselines3 does, to rounding, in less time.
+        """Update the networks as Stable-Baselines3 does, up to rounding errors, in less time.
 
-        For networks this small most of its time goes into classes of distributions, gradients that nobody uses (of the
-        values, for the actor's loss), and updates of one parameter after the other.
+        For networks this small, Stable-Baselines3 spends most of its time on distribution classes, on unused gradients
+        (of the critics, in the actor's loss), and on updates of one parameter after the other.
         """
         self.policy.set_training_mode(True)
         assert self.ent_coef_optimizer is not None  # the weight of the entropy is learned
@@ -119,7 +121,7 @@ class SoftActorCritic(SAC):
             self.logger.record(f"train/{name}", float(value))
 
     def _update(self, drawn: ReplayBufferSamples) -> tuple[float, float, float]:
-        """Take one step of values, actor and entropy; return the losses and the weight of the entropy.
+        """Take one step of critics, actor and entropy weight; return both losses and the entropy weight.
 
         Source: Haarnoja et al. 2018, "Soft Actor-Critic Algorithms and Applications", algorithm 1.
         """
@@ -146,7 +148,7 @@ class SoftActorCritic(SAC):
         return critic_loss.item(), actor_loss.item(), weight.item()
 
     def save_memory(self, folder: Path) -> None:
-        """Write what `load_memory` reads: all transitions that were seen, and the weight of the entropy."""
+        """Write the replay buffer and the entropy weight into a folder, for `load_memory`."""
         folder.mkdir()
         buffer, log_weight = self.replay_buffer, self.log_ent_coef
         assert buffer is not None
@@ -158,7 +160,7 @@ class SoftActorCritic(SAC):
         np.save(folder / "position.npy", np.array(buffer.pos), allow_pickle=False)
 
     def load_memory(self, folder: Path) -> None:
-        """Go on with what `save_memory` wrote."""
+        """Restore the replay buffer and the entropy weight that `save_memory` wrote."""
         read = {path.stem: np.load(path, allow_pickle=False) for path in folder.iterdir()}
         buffer, log_weight = self.replay_buffer, self.log_ent_coef
         assert buffer is not None
@@ -172,7 +174,7 @@ class SoftActorCritic(SAC):
 
 
 def _sampled(actor: Actor, observations: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-    """Return an action for each observation, (n, n_actions), and the logarithm of its likelihood, (n, 1)."""
+    """Return a sampled action for each observation, (n, n_actions), and its log-likelihood, (n, 1)."""
     mean, log_std, _ = actor.get_action_dist_params(observations)
     noise = torch.normal(torch.zeros_like(mean), torch.ones_like(mean))
     action = torch.tanh(mean + log_std.exp() * noise)
@@ -181,13 +183,13 @@ def _sampled(actor: Actor, observations: torch.Tensor) -> tuple[torch.Tensor, to
 
 
 def _least(critic: ContinuousCritic, observations: torch.Tensor, actions: torch.Tensor) -> torch.Tensor:
-    """Return the smaller of both values of each action, (n, 1)."""
+    """Return the smaller of both critics' values for each action, (n, 1)."""
     first, second = critic(observations, actions)
     return torch.minimum(first, second)
 
 
 def _step(optimizer: Any, parameters: Sequence[torch.Tensor], gradients: Sequence[torch.Tensor]) -> None:
-    """Change parameters by an optimizer, which takes their gradients from them."""
+    """Update parameters with an optimizer, which reads the gradients from them."""
     for parameter, gradient in zip(parameters, gradients, strict=True):
         parameter.grad = gradient
     optimizer.step()

@@ -1,4 +1,4 @@
-"""Spaces of observations and actions for Gymnasium."""
+"""Gymnasium spaces of observations and actions."""
 
 from __future__ import annotations
 

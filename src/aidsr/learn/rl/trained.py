@@ -1,4 +1,4 @@
-"""A finished training on disk: read it, judge it, keep the verdict beside it."""
+"""A finished training on disk: load it, evaluate it, and store the verdict in its folder."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ class FinishedTraining:
         """Return the training in a folder.
 
         Raises:
-            UserError: There is none, it is not finished, an earlier version made it, or its task or scene is another
-                one by now.
+            UserError: There is none, it is not finished, an earlier version made it, or its task or scene has changed
+                since.
         """
         require_plain_tree(folder)
         home = TrainingFolder(folder)
@@ -64,7 +64,7 @@ class FinishedTraining:
         return cls(home, config, result, config.recipe.acting_in(scene), policy)
 
     def scene_at(self, level: Level) -> TaskScene:
-        """Return the scene with its environment as at another level of the task.
+        """Return the scene with the environment of another level of the task.
 
         Raises:
             UserError: The task has no such level.
@@ -77,10 +77,10 @@ class FinishedTraining:
 
 
 def _check_version(folder: Path, config: TrainingConfig) -> None:
-    """Refuse to judge a policy at another task than it was trained for, before anything is asked of its scene.
+    """Refuse to evaluate a policy on another task than it was trained for, before its scene is loaded.
 
     Raises:
-        UserError: The benchmark has changed since, or what a goal of one's own measures.
+        UserError: The benchmark, or the measurement of a user-defined goal, has changed since.
     """
     if config.goal is not None and config.goal_version != GOAL_VERSION:
         raise UserError(
@@ -95,7 +95,7 @@ def _check_version(folder: Path, config: TrainingConfig) -> None:
 
 
 def _check_scene(folder: Path, config: TrainingConfig, scene: TaskScene) -> None:
-    """Refuse to judge a policy in another scene than it was trained in.
+    """Refuse to evaluate a policy in another scene than the one it was trained in.
 
     Raises:
         UserError: The file has changed since.
@@ -115,31 +115,31 @@ def evaluate_training(
     perturbed: bool | Literal["successful"] = False,
     listen: Callable[[EvaluationPoint], None] = lambda _point: None,
 ) -> Evaluation:
-    """Evaluate a finished training; verdict, curve, two motions and films go into its folder.
+    """Evaluate a finished training; write verdict, curve, two recordings and videos into its folder.
 
-    The verdict is on held-out variations at the level it was trained at. What is evaluated otherwise goes into a file
-    of its own, without pictures: evaluation_hard.json, evaluation_development.json.
+    The verdict is on held-out variations at the level of the training. Any other evaluation goes into a file of its
+    own, without pictures: evaluation_hard.json, evaluation_development.json.
 
     Args:
-        folder: Of the training.
-        episodes: How many variations.
+        folder: Folder of the training.
+        episodes: Number of variations.
         level: Another level of its task.
         split: Another split of the variations.
         threads: Native threads; 0 takes all processors.
-        videos: Whether the best and the median episode are drawn, where there is OpenGL.
-        perturbed: Whether to play the same variations with each kind of perturbation as well;
-            "successful" only where the verdict is success.
-        listen: Called after every control step of its episodes.
+        videos: Whether to render the best and the median episode, if OpenGL is available.
+        perturbed: Whether to play the same variations with each kind of perturbation as well; "successful" only if the
+            verdict is success.
+        listen: Called after every control step of the episodes.
 
     Raises:
-        FolderInUseError: Another process trains, judges or films in the folder.
+        FolderInUseError: Another process trains, evaluates or renders in the folder.
         UserError: The folder holds no finished training, or its task has no such level.
     """
     training = FinishedTraining.load(folder)
     level = level or training.config.level
     scene = training.scene if level == training.config.level else training.scene_at(level)
     other = [level] * (level != training.config.level) + [split] * (split != "held_out")
-    # who looks at the folder sees that its verdict is being made
+    # the lock shows others that the verdict is in progress
     with one_torch_thread(), nullcontext() if other else training.folder.locked():
         evaluation, rolled = evaluate(
             scene,
@@ -165,7 +165,7 @@ def evaluate_training(
             training.folder.write("_".join(["evaluation", *other]) + ".json", written)
             return evaluation
         _write_pictures(training, rolled)
-        # a verdict means that all is there but films, which may take minutes and fail
+        # a verdict means that everything is there except videos, which may take minutes and fail
         training.folder.write("evaluation.json", written)
         training.folder.log_event("evaluated", success_share=evaluation.success_share, valid=evaluation.valid)
         if videos:
@@ -174,7 +174,7 @@ def evaluate_training(
 
 
 def _write_pictures(training: FinishedTraining, rolled: EvaluationRollout) -> None:
-    """Write the curve, and the best and the median episode as motions."""
+    """Write the learning curve, and the best and the median episode as recordings."""
     from aidsr.learn.rl.pictures import curve_picture, episode_recordings
 
     home = training.folder

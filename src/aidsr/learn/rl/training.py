@@ -1,4 +1,4 @@
-"""Training of one policy on batched simulations, kept in a folder, resumed where it stopped."""
+"""Training of one policy on batched simulations, stored in a folder and resumed where it stopped."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ if TYPE_CHECKING:
     from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
 
 DEVELOPMENT = 2**31
-"""Development variations to sample from: so many that a policy learns the task, not a few scenes. Those from this index
-on are never sampled."""
+"""Number of development variations to sample from: so many that a policy learns the task, not a few scenes. Those from
+this index on are never sampled."""
 
 _TEST_EPISODES = 20
-"""Development episodes that say whether training is saturated, and which policy is kept."""
+"""Number of development episodes that test whether training is saturated and which policy is kept."""
 
 _CLEARLY = 0.2
-"""By how much more of these a motion has to win to be kept instead of what was learned. Our choice: twice the standard
-error of 20 episodes."""
+"""Difference in success share by which a motion must exceed the learned policy in these episodes to replace it. Our
+choice: twice the standard error of 20 episodes."""
 
 
 def train(
@@ -61,27 +61,27 @@ def train(
     """Train a policy, or resume where an earlier call with the same folder stopped.
 
     Args:
-        scene: To train in.
-        folder: Becomes the training's folder, see `TrainingFolder`.
+        scene: Scene to train in.
+        folder: Path that becomes the training's folder, see `TrainingFolder`.
         steps: Budget of control steps over all simulations; training ends earlier when success is saturated.
-        seed: Of the network, of exploration and of the variations.
-        recipe: How to train; that of the paper unless given.
-        minutes: Budget of wall time as well, evaluation not counted.
+        seed: Seed of the network, of exploration and of the variations.
+        recipe: Hyperparameters; those of the paper by default.
+        minutes: Additional budget of wall time [min], without evaluation.
         threads: Native threads for physics; 0 takes all processors.
-        tensorboard: Also write logs for TensorBoard into the folder.
-        listen: Called with every point of the curve.
+        tensorboard: Whether to write logs for TensorBoard into the folder as well.
+        listen: Called with every point of the learning curve.
 
     Raises:
         FolderInUseError: The folder holds another training, or another process trains in it.
-        UserError: The folder holds a training of an earlier version, or the recipe's script is none for this scene.
+        UserError: The folder holds a training of an earlier version, or the recipe's script does not fit this scene.
     """
     home = TrainingFolder(folder)
     config = TrainingConfig.of(scene, steps=steps, seed=seed, recipe=recipe, minutes=minutes)
     if (finished := home.finished(config)) is not None:
         return finished
-    config.recipe.acting_in(scene)  # refuses a script before anything is written
+    config.recipe.acting_in(scene)  # raises an error for an invalid script before anything is written
     with home.locked(), one_torch_thread():
-        if (finished := home.finished(config)) is not None:  # another process was faster by a moment
+        if (finished := home.finished(config)) is not None:  # another process has just finished it
             return finished
         if (home / "config.json").exists():
             home.log_event("resumed", versions=config.versions)
@@ -107,7 +107,7 @@ def train(
 
 
 def _probed(home: TrainingFolder, scene: TaskScene, config: TrainingConfig, threads: int) -> TrainingConfig:
-    """Search a motion, and return and write the settings with it; probe.json says that this is done."""
+    """Search for a motion, and return and write the settings with it; probe.json marks this as done."""
     began = time.perf_counter()
     found = find_rival(scene, seed=config.seed, threads=threads)
     best = found.report.best
@@ -126,7 +126,7 @@ def _probed(home: TrainingFolder, scene: TaskScene, config: TrainingConfig, thre
 
 
 class _Training:
-    """The moving parts of one call of `train`."""
+    """State of one call of `train`."""
 
     def __init__(
         self,
@@ -153,7 +153,7 @@ class _Training:
         self.history = (
             History.from_json(home.read_json("checkpoint/history.json"), recipe) if resumed else History.of(recipe)
         )
-        # a resumed training must not sample the same episodes a second time
+        # a resumed training must not sample the same episodes again
         self.rng = np.random.default_rng([config.seed, self.history.steps])
         self._best: Snapshot | None = None
         self._structure = read_structure(scene.model)
@@ -212,10 +212,10 @@ class _Training:
         )
 
     def _imitate_probe(self) -> None:
-        """Clone the best motion of a probe, as part of the budget."""
+        """Imitate the best motion of a probe, as part of the budget."""
         from stable_baselines3 import PPO
 
-        assert isinstance(self.model, PPO)  # the recipe refuses another
+        assert isinstance(self.model, PPO)  # only called for a recipe of PPO
         began, seed = time.perf_counter(), int(self.rng.integers(2**31))
         asked = {"steps": self.config.steps, "seed": seed, "threads": self.threads}
         report, steps = clone_probe_motion(self.scene, self.model, self.normalised, **asked)
@@ -225,7 +225,7 @@ class _Training:
         self.home.log_event("probed", steps=steps, ended=report.best.episode.ended, motion=report.best.motion.summary)
 
     def run(self) -> Stopped:
-        """Train to the end of the budget or until the policy is saturated, and return what ended it."""
+        """Train to the end of the budget or until the policy is saturated, and return why training ended."""
         from aidsr.learn.rl.callbacks import TrainingCallback
         from aidsr.learn.rl.exploration import Exploration
 
@@ -242,7 +242,7 @@ class _Training:
             begin=lambda: self.env.desynchronize(self.rng),
             most_s=self.most_s,
         )
-        # where a motion that was searched is the policy, nothing is learned
+        # where a searched motion is the policy, nothing is learned
         if recipe.script and not history.steps and (self._script_suffices() or recipe.from_probe):
             return "saturated"
         left = (self.config.steps - history.steps) // recipe.hold_steps
@@ -261,9 +261,10 @@ class _Training:
         return "time" if history.wall_s >= self.most_s else "budget"
 
     def _keep_better(self) -> None:
-        """Keep the last policy, or the one that seemed best if it wins more of the same fresh variations.
+        """Keep the last policy, or the best snapshot if that succeeds in more of the same new variations.
 
-        What it wins of these is what is told: the largest of many shares flatters.
+        The success share reported for the training is the one in these variations, because the largest of many earlier
+        shares is biased upwards.
         """
         from aidsr.learn.rl.snapshot import Snapshot
 
@@ -284,7 +285,7 @@ class _Training:
         self._tell(kept)
 
     def _tell(self, course: EpisodeOutcomes) -> None:
-        """Let these episodes be the success that is shown, as a point of the curve."""
+        """Report the success of these episodes, as a point of the learning curve."""
         from aidsr.learn.rl.callbacks import append_to_curve
 
         history = self.history
@@ -296,9 +297,9 @@ class _Training:
         self.listen(point)
 
     def is_beaten(self, stopped: Stopped) -> bool:
-        """Return whether the motion that was searched wins more than what was learned, by more than chance.
+        """Return whether the searched motion succeeds more often than the learned policy, by more than chance.
 
-        Both were asked in fresh variations, unless nothing was ever won.
+        Both were tested in new variations, unless the policy never succeeded.
         """
         if not self.config.motion or stopped == "saturated":
             return False
@@ -306,11 +307,11 @@ class _Training:
 
     @property
     def share(self) -> float:
-        """Of fresh variations that were won at the end, 0 where nothing was ever won."""
+        """Share of new variations in which the policy succeeded at the end; 0 if it never succeeded."""
         return self.history.success_share if self.history.won else 0.0
 
     def play_the_motion(self, learned: History) -> None:
-        """Be the policy that plays the motion as it is, after all that was learned."""
+        """Turn the policy into one that plays the motion unchanged, and keep the counts of what was learned."""
         self.history = replace(learned, recent=deque(maxlen=learned.recent.maxlen))
         self.model.num_timesteps = learned.steps // self.config.recipe.hold_steps
         self._script_suffices()
@@ -321,10 +322,10 @@ class _Training:
         self._best = Snapshot.of(self.model.policy, self.normalised)
 
     def _saturated(self) -> bool:
-        """Whether the policy without noise succeeds at fresh development variations."""
+        """Return whether the policy without noise succeeds in new development variations."""
         share = float(self._tested(self._fresh_variations()).success.mean())
         is_saturated = share >= self.config.recipe.saturation
-        # the one step that is still taken must not change what was tested
+        # the last step, still to be taken, must not change the tested normalisation
         self.normalised.training = not is_saturated
         return is_saturated
 
@@ -332,27 +333,27 @@ class _Training:
         return [self._sample_variation() for _ in range(_TEST_EPISODES)]
 
     def _tested(self, variations: list[Variation]) -> EpisodeOutcomes:
-        """Let the policy play variations without noise, and return how they went."""
+        """Play variations with the policy, without noise, and return the outcomes."""
         policy = TrainedPolicy.of(self.model.policy, Normalisation.of(self.normalised))
         self.model.policy.set_training_mode(False)
         course = rollout(self._episodes(variations), policy)
-        if self.config.recipe.algorithm == "sac":  # pays for it from the budget; that of the paper is left as it was
+        if self.config.recipe.algorithm == "sac":  # SAC pays for tests from the budget; the paper's PPO does not
             action_s = self.scene.task.control_dt_s * self.config.recipe.hold_steps
             self.model.num_timesteps += round(float(course.time_s.sum()) / action_s)
         self.home.log_event("tested", steps=self.history.steps, success_share=float(course.success.mean()))
         return course
 
     def _script_suffices(self) -> bool:
-        """Play the script before anything is learned, and return whether it succeeds nearly always.
+        """Play the script before anything is learned, and return whether it almost always succeeds.
 
-        If it does not, it is what the policy falls back on where learning makes it worse.
+        If it does not, it is the policy to return to when learning makes it worse.
         """
         from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
 
         history, began = self.history, time.perf_counter()
         course = self._tested(self._fresh_variations())
-        assert isinstance(self.model, SoftActorCritic)  # the recipe refuses another
-        self.model.learning_starts += self.model.num_timesteps  # these steps taught it nothing
+        assert isinstance(self.model, SoftActorCritic)  # a recipe with a script is always SAC
+        self.model.learning_starts += self.model.num_timesteps  # nothing was learned in these steps
         history.wall_s += time.perf_counter() - began
         history.steps = self.model.num_timesteps * self.config.recipe.hold_steps
         self._tell(course)
@@ -379,7 +380,7 @@ class _Training:
             self._best.save(folder / "best")
 
     def finish(self, stopped: Stopped) -> TrainingResult:
-        """Write the policy and how its training ended, and return that."""
+        """Write the policy and the result of its training, and return the result."""
         history = self.history
         result = TrainingResult(
             steps=history.steps,

@@ -1,4 +1,4 @@
-"""What is asked of a training: enough to repeat it, and to tell it from another."""
+"""Settings of a training: enough to repeat it, and to tell it from another."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BUDGET_STEPS = 300_000
 
 _PACKAGES = ("aidsr", "mujoco", "numpy", "torch", "stable-baselines3", "gymnasium")
 _FOUND = {"motion", "motion_share", "probe_steps", "probe_s"}
-"""Fields that a probe fills in, after the training was asked for."""
+"""Fields that a probe fills in after the training was requested."""
 
 
 class TrainingConfig(Artifact):
@@ -27,30 +27,30 @@ class TrainingConfig(Artifact):
 
     task: str
     goal: AnyGoal | None = None
-    """Where the task is one that a goal makes of an environment."""
+    """User-defined goal, if the task was made from a goal and an environment."""
     goal_version: int | None = None
-    """Of what goals measured then; None for a task, and for goals of before there were versions."""
+    """Version of the measurement of goals at that time; None for a task, and for goals from before versions existed."""
     level: Level
     benchmark_version: int
     steps: int
     seed: int
     recipe: Recipe
     groups: tuple[ActuatorGroup, ...]
-    """What each number of an action drives."""
+    """Group of actuators that each number of an action drives."""
     groups_from: GroupsFrom
     scene_sha256: str
     minutes: float | None = None
-    """Budget of wall time, where there is one; what it cuts short, another run does not repeat step by step."""
+    """Budget of wall time [min], None for no limit; a run that it ends early cannot be repeated step by step."""
     versions: dict[str, str]
     motion: str = ""
-    """Script of the motion that a policy of SAC has to beat, where a probe found one (`recipe.from_probe`); known once
-    that is done, as what follows. Where it won, it is `recipe.script`."""
+    """Script of the motion that a SAC policy has to beat, if a probe found one (`recipe.from_probe`). This and the
+    fields below are known only after the probe. If the motion was not beaten, it is `recipe.script`."""
     motion_share: float = 0.0
-    """Share of development episodes that it wins."""
+    """Share of development episodes in which the motion succeeds."""
     probe_steps: int = 0
-    """Control steps of that search, which are not among `steps`."""
+    """Control steps of that search; they are not part of `steps`."""
     probe_s: float = 0.0
-    """Its wall time, with which that of the training begins."""
+    """Wall time of that search [s]; the wall time of the training starts with it."""
 
     @property
     def plays_the_motion(self) -> bool:
@@ -65,7 +65,7 @@ class TrainingConfig(Artifact):
     def of(
         cls, scene: TaskScene, *, steps: int, seed: int, recipe: Recipe | None = None, minutes: float | None = None
     ) -> Self:
-        """Return the settings of a training in a scene; the recipe is that of the paper unless given."""
+        """Return the settings of a training in a scene; the default recipe is that of the paper."""
         goal = scene.task.goal if isinstance(scene.task, GoalTask) else None
         return cls(
             task=scene.task.name,
@@ -84,7 +84,7 @@ class TrainingConfig(Artifact):
         )
 
     def differences(self, other: TrainingConfig) -> list[str]:
-        """Return in which fields two trainings differ, versions of libraries and what a probe found aside."""
+        """Return the fields in which two trainings differ, except library versions and the probe's results."""
         names = TrainingConfig.model_fields.keys() - {"versions", "recipe"} - _FOUND
         differing = [name for name in names if getattr(self, name) != getattr(other, name)]
         same_recipe = self.recipe.as_asked() == other.recipe.as_asked()

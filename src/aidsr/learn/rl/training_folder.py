@@ -1,4 +1,4 @@
-"""The folder of one training, and what each of its files contains."""
+"""The folder of one training and the contents of its files."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ from aidsr.learn.rl.training_config import TrainingConfig
 Written = TypeVar("Written", bound=Artifact)
 
 Stopped = Literal["budget", "saturated", "time", "hopeless"]
-"""Why a training ended."""
+"""Reason why a training ended."""
 
 
 class FolderInUseError(UserError):
-    """A folder holds another training, or another process trains, judges or films in it."""
+    """A folder holds another training, or another process trains, evaluates or renders in it."""
 
 
 class TrainingResult(Artifact):
-    """How a training ended."""
+    """Result of a training."""
 
     steps: int
     wall_s: float
@@ -40,33 +40,34 @@ class TrainingResult(Artifact):
     diverged_episodes: int
     """Episodes in which the simulation diverged."""
     success_share: float | None
-    """Of the last 100 episodes, with the noise of learning. With SAC, of 20 fresh episodes without noise at the end of
-    the budget, or of its last 20 if it ended before. None without any."""
+    """Share of the last 100 episodes that succeeded, with exploration noise. With SAC, share of 20 new episodes without
+    noise at the end of the budget, or of its last 20 if the training ended earlier. None without any episode."""
     stopped: Stopped
     resumed: int = 0
-    """How often it resumed from a checkpoint, with other episodes than it would have sampled in one process."""
+    """Number of times that it resumed from a checkpoint; it then samples other episodes than it would have in one
+    process."""
 
 
 @dataclass(frozen=True)
 class TrainingFolder:
-    """One trained policy: what was asked, how it went, what came out.
+    """Folder of one trained policy: settings, course of the training, results.
 
-    | file               | content                                                                        |
-    |--------------------|--------------------------------------------------------------------------------|
-    | config.json        | settings: task, recipe, seed, budget, groups, versions                         |
-    | scene.xml          | the scene it was trained in                                                    |
-    | probe.json         | report of the probe, whose motion the policy has to beat or was to imitate       |
-    | events.jsonl       | started, probed, resumed, tested, checkpoint, restored, beaten, finished, evaluated |
-    | curve.csv          | success, progress, return and speed over the steps                             |
-    | checkpoint/        | the policy so far, during training                                             |
-    | .in_use            | empty; locked by the process that trains, judges or films here                 |
-    | policy.zip         | the trained policy, as Stable-Baselines3 saves it                              |
-    | normalisation.json | mean and variance of the observations                                          |
-    | training.json      | how it ended: steps, time, episodes, divergences; written last                 |
-    | evaluation.json    | the verdict on held-out variations                                             |
-    | curve.png          | the curve as a picture                                                         |
-    | best.npz, median.npz | the best and the median held-out episode as motions, see `episode_recordings` |
-    | best.mp4, median.mp4 | the same as films                                                              |
+    | file                 | content                                                                             |
+    |----------------------|-------------------------------------------------------------------------------------|
+    | config.json          | settings: task, recipe, seed, budget, groups, versions                              |
+    | scene.xml            | the scene in which the policy was trained                                           |
+    | probe.json           | report of the probe, whose motion the policy has to beat or was to imitate          |
+    | events.jsonl         | started, probed, resumed, tested, checkpoint, restored, beaten, finished, evaluated |
+    | curve.csv            | success, progress, return and speed over the steps                                  |
+    | checkpoint/          | the policy so far, during training                                                  |
+    | .in_use              | empty; locked by the process that trains, evaluates or renders here                 |
+    | policy.zip           | the trained policy, as Stable-Baselines3 saves it                                   |
+    | normalisation.json   | mean and variance of the observations                                               |
+    | training.json        | result: steps, time, episodes, divergences; written last                            |
+    | evaluation.json      | the verdict on held-out variations                                                  |
+    | curve.png            | the curve as a picture                                                              |
+    | best.npz, median.npz | the best and the median held-out episode, see `episode_recordings`                  |
+    | best.mp4, median.mp4 | the same episodes as videos                                                         |
     """
 
     path: Path
@@ -75,7 +76,7 @@ class TrainingFolder:
         return self.path / name
 
     def write(self, name: str, content: bytes | str) -> Path:
-        """Write a file atomically: a reader sees all of it or nothing."""
+        """Write a file atomically: a reader sees either the whole file or nothing."""
         target = self.path / name
         target.parent.mkdir(parents=True, exist_ok=True)
         temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
@@ -93,7 +94,7 @@ class TrainingFolder:
         return self.write(name, json.dumps(value, indent=2) + "\n")
 
     def read_json(self, name: str) -> dict[str, Any]:
-        """Return what `write_json` wrote."""
+        """Return the mapping that `write_json` wrote."""
         value: dict[str, Any] = json.loads((self.path / name).read_text(encoding="utf-8"))
         return value
 
@@ -102,7 +103,7 @@ class TrainingFolder:
 
         Raises:
             FileNotFoundError: There is no such file.
-            UserError: It is no such artifact: another version wrote it.
+            UserError: The file does not contain such an artifact, because another version wrote it.
         """
         try:
             return kind.model_validate_json((self.path / name).read_bytes())
@@ -115,10 +116,10 @@ class TrainingFolder:
             ) from None
 
     def finished(self, config: TrainingConfig) -> TrainingResult | None:
-        """Return how this training ended; None where it has not been started or is to be resumed.
+        """Return the result of this training; None where it has not started or has to be resumed.
 
         Args:
-            config: What is asked.
+            config: Requested settings.
 
         Raises:
             FolderInUseError: The folder holds another training.
@@ -135,10 +136,10 @@ class TrainingFolder:
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """Lock the folder, created if absent, while this process trains, judges or films in it.
+        """Lock the folder, created if absent, while this process trains, evaluates or renders in it.
 
         Raises:
-            FolderInUseError: Another process does.
+            FolderInUseError: Another process has locked it.
         """
         self.path.mkdir(parents=True, exist_ok=True)
         try:
@@ -154,13 +155,13 @@ class TrainingFolder:
             lock.release()
 
     def log_event(self, kind: str, **facts: Any) -> None:
-        """Append an event with the present time."""
+        """Append an event with the current time."""
         event = {"time": datetime.now(UTC).isoformat(timespec="milliseconds"), "kind": kind, **facts}
         with (self.path / "events.jsonl").open("a", encoding="utf-8") as file:
             file.write(json.dumps(event) + "\n")
 
     def replace_folder(self, name: str, made: Path) -> None:
-        """Replace a folder of this training by one made elsewhere; see `recover_folder`."""
+        """Replace a subfolder of this training by one that was created elsewhere; see `recover_folder`."""
         target, old = self.path / name, self.path / f".{name}.old"
         shutil.rmtree(old, ignore_errors=True)
         if target.exists():
@@ -169,21 +170,21 @@ class TrainingFolder:
         shutil.rmtree(old, ignore_errors=True)
 
     def recover_folder(self, name: str) -> bool:
-        """Return whether there is such a folder; one that a kill left aside, while it was replaced, is put back."""
+        """Return whether a subfolder exists; restore it first if the process was killed while replacing it."""
         target, old = self.path / name, self.path / f".{name}.old"
         if old.exists() and not target.exists():
             old.replace(target)
         return target.exists()
 
     def remove_folder(self, name: str) -> None:
-        """Remove a folder of this training's."""
+        """Remove a subfolder of this training."""
         shutil.rmtree(self.path / name)
 
 
 def folder_for(home: Path, config: TrainingConfig, *, again: bool = False) -> Path:
-    """Return the last of the folders 001, 002 … under `home` that holds the very same training, else the next one.
+    """Return the last of the folders 001, 002 … under `home` that holds the same training, else the next one.
 
-    It may be unfinished; with `again` it is the next one in any case.
+    That training may be unfinished. With `again`, return the next folder in any case.
     """
     numbered = numbered_in(home)
     same = [] if again else [path for path in numbered if _holds(path, config)]

@@ -1,4 +1,4 @@
-"""The episodes of a task as a vectorized environment of Stable-Baselines3 that resets itself."""
+"""Episodes of a task as a vectorized environment of Stable-Baselines3 that resets itself."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from aidsr.tasks import Variation
 from aidsr.tasks.readings import BoolArray, FloatArray
 
 _GAIN = 0.01
-"""Smaller gains of progress do not count."""
+"""Smaller increases of progress do not count."""
 
 
 class BatchedVecEnv(VecEnv):
-    """All simulations of a batch step in one native call.
+    """Vectorized environment whose simulations all step in one native call.
 
-    The infos of an episode's last step carry what Stable-Baselines3 and its Monitor write there:
-    "terminal_observation", "TimeLimit.truncated", "is_success" and "episode" (return "r", steps "l"); and "progress"
-    and "diverged". Where an action is held for several control steps, see `ActionMap.hold_steps`, these are one step
-    here.
+    The infos of an episode's last step contain the entries of Stable-Baselines3 and its Monitor,
+    "terminal_observation", "TimeLimit.truncated", "is_success" and "episode" (return "r", steps "l"), and in addition
+    "progress" and "diverged". Where an action is held for several control steps, see `ActionMap.hold_steps`, these
+    count as one step of this environment.
 
     Args:
         episodes: The simulations.
         next_variation: Returns the variation of the next episode.
-        patience_s: Truncate an episode when its progress has not grown for this long.
+        patience_s: Time without growing progress after which an episode is truncated [s].
     """
 
     def __init__(
@@ -49,8 +49,8 @@ class BatchedVecEnv(VecEnv):
     def desynchronize(self, rng: np.random.Generator) -> None:
         """Truncate the present episodes at times spread over the task's time limit.
 
-        Otherwise all episodes of a task without early ends would run in step, and one update of a policy would see
-        only their beginnings, the next one only their middles.
+        Otherwise all episodes of a task without early ends would run in phase: one update of a policy would use only
+        their beginnings, the next one only their middles.
         """
         episodes = self.episodes
         shares = rng.permutation(np.arange(1, episodes.n + 1) / episodes.n)
@@ -105,29 +105,29 @@ class BatchedVecEnv(VecEnv):
             "diverged": bool(result.diverged[index]),
         }
 
-    # --- what else Stable-Baselines3 asks of a VecEnv: all simulations share these objects ---
+    # --- the rest of the VecEnv interface: all simulations share these objects ---
 
     def close(self) -> None:
         """Do nothing: memory is freed with the object."""
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
-        """Return an attribute, once for each simulation asked for."""
+        """Return an attribute, once for each of the selected simulations."""
         return [getattr(self, attr_name)] * len(list(self._get_indices(indices)))
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        """Refuse: the simulations share their attributes."""
+        """Raise an error: the simulations share their attributes."""
         raise NotImplementedError(f"cannot set {attr_name}: simulations of a batch share their attributes")
 
     def env_method(self, method_name: str, *args: Any, indices: VecEnvIndices = None, **kwargs: Any) -> list[Any]:
-        """Refuse: there are no single environments to call."""
+        """Raise an error: there are no single environments to call."""
         raise NotImplementedError(f"cannot call {method_name}: a batch has no single environments")
 
     def env_is_wrapped(self, wrapper_class: type[Any], indices: VecEnvIndices = None) -> list[bool]:
-        """Return that nothing is wrapped."""
+        """Return False for each of the selected simulations: none is wrapped."""
         del wrapper_class
         return [False] * len(list(self._get_indices(indices)))
 
     def seed(self, seed: int | None = None) -> Sequence[None]:
-        """Do nothing: what varies comes from `next_variation`, which has a seed of its own."""
+        """Do nothing: randomness comes from `next_variation`, which has its own seed."""
         del seed
         return [None] * self.num_envs

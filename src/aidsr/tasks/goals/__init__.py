@@ -1,4 +1,4 @@
-"""Goals in files: what an environment of one's own is judged by. One file for each kind; docs/goals.md has them all."""
+"""Goals in files: success criteria for any environment. The modules define the kinds; docs/goals.md describes them."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""An environment played without a robot: does its target rest, and does anything stand in the way of what is asked.
+"""Simulation of an environment without a robot: whether its targets rest, and whether anything blocks their motion.
 
-Joints have ranges, and `aidsr.tasks.goals.surroundings` looks at these. Here contacts count as well: the target's joint
-is swept through the asked travel, and what it meets is pressed against.
+`aidsr.tasks.goals.surroundings` checks the ranges of joints. This module also checks contacts: the target's joint is
+swept through the required travel, and pressed against what it meets.
 """
 
 from __future__ import annotations
@@ -24,44 +24,45 @@ from aidsr.tasks.readings import FloatArray
 from aidsr.tasks.variation import Change, Variation, apply_to_simulation
 
 SETTLE_S = 1.0
-"""How long the environment is left to itself. Our choice: what stands falls over within it, a soft contact sinks."""
+"""Time for which the environment is simulated without a robot [s]. Our choice: enough for an object to fall over and a
+soft contact to sink in."""
 MOVED_M, TURNED_DEG = 0.002, 2.0
-"""What a target may give before it is said to move by itself. Our choice: what contacts and play give way."""
+"""Displacement and turn above which a target moves by itself. Our choice: contacts and play allow this much."""
 _MEETS_M = 0.0005
-"""Overlap that is a contact. Our choice: above rounding in written coordinates."""
+"""Overlap above which a contact is an obstacle [m]. Our choice: above the rounding of written coordinates."""
 PRESS_N = 5.0
-"""With which what is met is pressed against, at the part farthest from a hinge. Our choice: more than twice what the
-tip of a built-in arm presses with."""
+"""Force that presses a swept joint against an obstacle, at the part farthest from a hinge [N]. Our choice: more than
+twice the force of a built-in arm's tip."""
 _PRESS_S = 2.0
 _SPEED = 1.0
-"""Of the sweep with contacts, in travels per second. Our choice: slow enough that nothing is won by momentum."""
+"""Speed of the sweep with contacts, in travels per second. Our choice: slow enough that momentum does not help."""
 _PLACES = 200
-"""Places of a sweep. Our choice: half a degree of a quarter turn."""
+"""Number of positions in a sweep. Our choice: steps of half a degree in a quarter turn."""
 _NEARLY = 0.98
-"""Share of a way after which a stop is its end. Our choice."""
+"""Share of the required travel that counts as all of it. Our choice."""
 _INSIDE = 0.2
-"""Overlap / thickness of the thinner geom from which a target stands inside of something. Source: as in
+"""Ratio of overlap to thickness of the thinner geom above which a target is inside another shape. Source: as in
 `aidsr.sim.overlap`."""
 _INSIDE_M = 0.001
-"""Overlap below which it does not matter. Our choice: such a body moves out by itself, and not far."""
+"""Overlap up to which being inside is ignored [m]. Our choice: such a body moves out by itself, and not far."""
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """What one joint is to do: turn by an angle, or move a body's centre of mass a way."""
+    """Required motion of one joint: a turn by an angle, or a distance of a body's centre of mass."""
 
     joint: str
-    """Body that the joint moves; it has no other joint, and nothing moves what carries it."""
+    """Body that the joint moves. It has no other joint, and no joint moves the bodies that carry it."""
     by_rad: float = 0.0
-    """Angle, where it is to turn."""
+    """Required angle [rad]; 0 if a distance is required."""
     body: str = ""
-    """Body that is to get somewhere, else."""
+    """Body whose centre of mass must move by `way_m` along `direction`; empty if an angle is required."""
     direction: tuple[float, ...] = (0.0, 0.0, 1.0)
     way_m: float = 0.0
 
 
 class Overlap(Artifact):
-    """A part of a target that is inside of something at the start."""
+    """A target that lies partly inside another shape at the start."""
 
     body: str
     other: str
@@ -69,63 +70,63 @@ class Overlap(Artifact):
 
 
 class Drift(Artifact):
-    """How far a target moves by itself."""
+    """Motion of a target by itself."""
 
     body: str
     way_m: float
-    """Of its centre of mass."""
+    """Displacement of its centre of mass [m]."""
     turned_deg: float
-    """Of the hinge that moves it; 0 where that is none."""
+    """Turn of the hinge that moves it [deg]; 0 if no hinge moves it."""
     still_moves: bool
-    """Whether it still moves at the end of the time."""
+    """Whether it still moves at the end of the simulation."""
 
     @property
     def text(self) -> str:
-        """The same in words."""
+        """Description in words."""
         turned = f", its hinge turns by {self.turned_deg:.3g} deg" if self.turned_deg else ""
         on = ", and it still moves then" if self.still_moves else ""
         return f"{self.body} goes {1000 * self.way_m:.3g} mm in {SETTLE_S:g} s{turned}{on}"
 
 
 class Stop(Artifact):
-    """What a target meets on its way."""
+    """An obstacle that a target meets on its way."""
 
     body: str
     """The body that its joint moves."""
     other: str
     at: float
-    """How far it comes [rad or m]."""
+    """Travel of the joint up to the obstacle [rad or m]."""
     of: float
-    """How far it is to come."""
+    """Required travel of the joint [rad or m]."""
     angle: bool
     passes: bool
-    """Whether it gets on when it is pressed against it."""
+    """Whether the joint completes its travel when it is pressed against the obstacle."""
 
     @property
     def text(self) -> str:
-        """What is met, and where."""
+        """Obstacle and travel in words."""
         if self.angle:
             return f"{self.other} after {math.degrees(self.at):.0f} of {math.degrees(self.of):.0f} deg"
         return f"{self.other} after {1000 * self.at:.3g} of {1000 * self.of:.3g} mm"
 
 
 class Alone(Artifact):
-    """What one beginning of an environment does without a robot."""
+    """Behaviour of an environment without a robot, from one initial state."""
 
     broken_s: float | None
-    """When the simulation breaks down; None where it does not."""
+    """Time at which the simulation diverges [s]; None if it does not."""
     overlaps: tuple[Overlap, ...]
     drifts: tuple[Drift, ...]
-    """Of the targets that move."""
+    """Drifts of the targets that move."""
     stops: tuple[Stop, ...]
-    """Of the sweeps, those that meet something."""
+    """Stops of the sweeps that meet something."""
 
 
 def refuse(begun: Alone) -> None:
     """Refuse a goal that cannot be met as the environment is written.
 
     Raises:
-        UserError: The simulation breaks down, a target stands inside of something, or is stopped on its way.
+        UserError: The simulation diverges, a target lies inside another shape, or a target is stopped on its way.
     """
     if begun.broken_s is not None:
         raise UserError(
@@ -146,10 +147,10 @@ def refuse(begun: Alone) -> None:
 
 
 def remarks(begins: Sequence[Alone]) -> tuple[str, ...]:
-    """Return what a user should know of an environment that is not refused, in sentences.
+    """Return sentences on what a user should know about an environment that is not refused.
 
     Args:
-        begins: As it is written, then in some variations; at least one.
+        begins: Behaviour of the environment as written, then in some variations; at least one.
     """
     first, *varied = begins
     said = [f"{drift.text[0].upper()}{drift.text[1:]}, without a robot." for drift in first.drifts]
@@ -171,17 +172,17 @@ def remarks(begins: Sequence[Alone]) -> tuple[str, ...]:
 def play_alone(
     mjcf: str, bodies: Sequence[str], sweeps: Sequence[Sweep], starts: Sequence[Sequence[Change]]
 ) -> tuple[Alone, ...]:
-    """Return what an environment does without a robot, for each of some beginnings.
+    """Return the behaviour of an environment without a robot, for each of several initial states.
 
     Args:
-        mjcf: The environment.
-        bodies: Targets, with what they carry.
-        sweeps: What is asked of their joints.
-        starts: What differs from the environment as it is written, for each beginning.
+        mjcf: MJCF of the environment.
+        bodies: Names of the targets; the bodies that they carry belong to them.
+        sweeps: Required motions of their joints.
+        starts: Changes to the environment as written, for each initial state.
 
     Raises:
-        MjcfError: It cannot be loaded.
-        IsolationError: It ran past its limits.
+        MjcfError: The environment cannot be loaded.
+        IsolationError: The simulation exceeded the limits of its child process.
     """
     return _once(mjcf, tuple(bodies), tuple(sweeps), tuple(tuple(start) for start in starts))
 
@@ -224,7 +225,7 @@ def _overlaps(model: mujoco.MjModel, data: mujoco.MjData, bodies: Sequence[str])
 
 
 def _contacts(model: mujoco.MjModel, data: mujoco.MjData, own: set[int]) -> list[tuple[int, int, float]]:
-    """Return the contacts between some bodies and all others: own geom, the other, how deep [m]."""
+    """Return the contacts between some bodies and all others: own geom, other geom, depth [m]."""
     found = []
     for contact in data.contact[: data.ncon]:
         first, second = (int(geom) for geom in contact.geom)
@@ -238,7 +239,7 @@ def _contacts(model: mujoco.MjModel, data: mujoco.MjData, own: set[int]) -> list
 def _settle(
     model: mujoco.MjModel, data: mujoco.MjData, bodies: Sequence[str]
 ) -> tuple[float | None, tuple[Drift, ...]]:
-    """Return when the simulation breaks down within the time, else the targets that move in it."""
+    """Return the time at which the simulation diverges [s], or else None and the targets that move."""
     ids = {body: model.body(body).id for body in bodies}
     start, angles = {body: data.xipos[at].copy() for body, at in ids.items()}, data.qpos.copy()
     for _ in range(round(SETTLE_S / model.opt.timestep)):
@@ -265,7 +266,7 @@ def _settle(
 
 
 def _hinge(model: mujoco.MjModel, body: int) -> int | None:
-    """Return the address in qpos of the hinge that moves a body; None where that is none."""
+    """Return the address in qpos of the hinge that moves a body; None if its nearest joint is not a hinge."""
     while body and not model.body_jntnum[body]:
         body = int(model.body_parentid[body])
     joint = int(model.body_jntadr[body])
@@ -275,7 +276,7 @@ def _hinge(model: mujoco.MjModel, body: int) -> int | None:
 
 
 def _sweep(model: mujoco.MjModel, start: Sequence[Change], sweep: Sweep) -> Stop | None:
-    """Return what a joint meets on its way that cannot give way; None where it meets nothing."""
+    """Return the first obstacle, fixed to the world, that a joint meets on its way; None if it meets none."""
     data = mujoco.MjData(model)
     joint = int(model.body_jntadr[model.body(sweep.joint).id])
     address = int(model.jnt_qposadr[joint])
@@ -308,7 +309,7 @@ def _sweep(model: mujoco.MjModel, start: Sequence[Change], sweep: Sweep) -> Stop
 
 
 def _by(model: mujoco.MjModel, data: mujoco.MjData, joint: int, sweep: Sweep) -> float:
-    """Return how far a joint has to go for its body to get its way, 0 where it does not."""
+    """Return the travel of a joint [rad or m] after which its body has moved far enough; 0 if it never has."""
     body, address = model.body(sweep.body).id, int(model.jnt_qposadr[joint])
     along = np.array(sweep.direction) / np.linalg.norm(sweep.direction)
     begun, at = float(data.qpos[address]), data.xipos[body].copy()
@@ -332,16 +333,16 @@ def _by(model: mujoco.MjModel, data: mujoco.MjData, joint: int, sweep: Sweep) ->
 
 
 def _passes(model: mujoco.MjModel, start: Sequence[Change], joint: int, by: float, own: set[int]) -> bool:
-    """Return whether a joint gets all its way when it is driven with the force that is pressed with."""
+    """Return whether a joint completes its travel when it is driven with the force `PRESS_N`."""
     model = copy.copy(model)
     data = mujoco.MjData(model)
     apply_to_simulation(Variation(tuple(start)), model, data)
     address, dof = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
     press = math.copysign(PRESS_N * _arm_m(model, data, joint, own), by)
     begun = float(data.qpos[address])
-    model.dof_damping[dof] = press / (_SPEED * by)  # with nothing in its way it goes at this speed
+    model.dof_damping[dof] = press / (_SPEED * by)  # without an obstacle the joint moves at this speed
     for _ in range(round((1.0 / _SPEED + _PRESS_S) / model.opt.timestep)):
-        # weight and spring are carried besides
+        # weight and spring forces are compensated
         data.qfrc_applied[dof] = data.qfrc_bias[dof] - data.qfrc_spring[dof] + press
         mujoco.mj_step(model, data)
         if (float(data.qpos[address]) - begun) / by >= _NEARLY:
@@ -350,7 +351,7 @@ def _passes(model: mujoco.MjModel, start: Sequence[Change], joint: int, by: floa
 
 
 def _arm_m(model: mujoco.MjModel, data: mujoco.MjData, joint: int, own: set[int]) -> float:
-    """Return how far from a hinge its body reaches [m]; 1 for a slide."""
+    """Return how far the moved bodies reach from the axis of a hinge [m]; 1 for a slide."""
     if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE:
         return 1.0
     anchor, axis = data.xanchor[joint], data.xaxis[joint]
@@ -362,7 +363,7 @@ def _arm_m(model: mujoco.MjModel, data: mujoco.MjData, joint: int, own: set[int]
 
 
 def _carried(model: mujoco.MjModel, body: int) -> set[int]:
-    """Return a body and all that it carries."""
+    """Return the ids of a body and of all bodies that it carries."""
     found = {body}
     for other in range(body + 1, model.nbody):
         if int(model.body_parentid[other]) in found:
@@ -378,6 +379,6 @@ def _thickness_m(model: mujoco.MjModel, geom: int) -> float:
 
 
 def name_of_shape(model: mujoco.MjModel, geom: int) -> str:
-    """Return the name of a geom, or of its body where it has none."""
+    """Return the name of a geom, or of its body if the geom has none."""
     body = model.body(model.geom_bodyid[geom]).name
     return model.geom(geom).name or (body if body != "world" else f"geom {geom} of the world")

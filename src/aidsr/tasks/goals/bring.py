@@ -18,13 +18,13 @@ from aidsr.tasks.shaping import closeness
 from aidsr.tasks.task import Feature, TaskState
 
 _MOST = 20
-"""Bodies of one goal. Our choice: a policy observes six numbers of each."""
+"""Largest number of bodies in one goal. Our choice: a policy observes six numbers of each."""
 _LEAST_WAY_M = 0.01
-"""A body that starts nearer to the region is measured as if it started so far away. Our choice: no division by 0."""
+"""Smallest distance from the region at the start that progress is measured by [m]. Our choice: no division by 0."""
 
 
 class Bring(Goal):
-    """Centres of mass of bodies come into a region."""
+    """The centres of mass of bodies are brought into a region."""
 
     wording: ClassVar = Wording(
         "goal/bring",
@@ -34,11 +34,11 @@ class Bring(Goal):
     )
     kind: Literal["bring"]
     targets: Annotated[tuple[str, ...], Field(min_length=1)]
-    """Bodies of the environment; "pellet_*" stands for all whose names begin so."""
+    """Bodies of the environment; "pellet_*" stands for all bodies whose names begin with "pellet_"."""
     region: Region
-    """Where to."""
+    """Region into which the bodies are brought."""
     count: Annotated[int, Field(ge=1)] | Literal["all", "each"] = "all"
-    """How many have to be there: "all" or a number, at the same time; "each" at some time, one after the other."""
+    """How many must be in the region: "all" or a number at the same time, or "each" at some time during the episode."""
 
     def resolved(self, around: Surroundings) -> Self:
         targets = around.matching(self.targets, "bring")
@@ -61,10 +61,10 @@ class Bring(Goal):
         return found
 
     def _require_ways(self, around: Surroundings, targets: tuple[str, ...], needed: int) -> None:
-        """Refuse a region that the joints of too many bodies keep them from.
+        """Refuse a region that too few bodies can reach, because of their joints.
 
         Raises:
-            UserError: They do.
+            UserError: Fewer than `needed` bodies can reach it.
         """
         kept: list[UserError] = []
         for name in targets:
@@ -81,7 +81,7 @@ class Bring(Goal):
 
     @property
     def needed(self) -> int:
-        """How many have to be there."""
+        """Number of bodies that must be in the region."""
         return self.count if isinstance(self.count, int) else len(self.targets)
 
     @property
@@ -130,7 +130,7 @@ class Bring(Goal):
             moved = np.maximum(moved, state["been"])
         near = closeness(length_m(seen["tip"][:, None] - self._bodies_m(seen)), within=NEAR_M, margin=MARGIN_M)
         done = np.sort(moved, axis=1)[:, -self.needed :].mean(axis=1)
-        # nearness to one body at a time: going away from the others with it costs nothing
+        # nearness counts for one body only: carrying it away from the others costs nothing
         coming = (near * (1.0 - moved)).max(axis=1) / self.needed
         return np.asarray(np.minimum(done + COMING * coming, 1.0))
 
@@ -143,7 +143,7 @@ class Bring(Goal):
         return np.stack([seen[f"body{index}"] for index in range(len(self.targets))], axis=1)
 
     def _outside_m(self, seen: Seen) -> FloatArray:
-        """Return how far each body is from the region, (n, k) [m]."""
+        """Return the distance of each body from the region, 0 inside, (n, k) [m]."""
         return self.region.outside_m(self._bodies_m(seen), self.region.middle_m(seen))
 
     @property

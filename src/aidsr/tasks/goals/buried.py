@@ -1,4 +1,4 @@
-"""Points that are to be reached and lie inside of what is solid, where no functional part comes."""
+"""Checks for points that must be reached but lie inside a solid shape, where no functional part can go."""
 
 from __future__ import annotations
 
@@ -15,39 +15,39 @@ from aidsr.sandbox.isolated import isolated
 from aidsr.tasks.goals.alone import name_of_shape
 
 _RADIUS_M = 1e-4
-"""Of the sphere that stands for a point."""
+"""Radius of the sphere that stands for a point [m]."""
 _SLACK_M = 0.001
-"""Depth beyond what is near enough that does not matter. Our choice: contacts give way so far."""
+"""Depth beyond the tolerance that is ignored [m]. Our choice: contacts yield by this much."""
 _GRASPED_M = 0.04
-"""Depth beyond that in what can move: a hand that closes around it has its working point in the middle. Our choice:
-things up to 80 mm thick are grasped."""
+"""Further depth that is ignored in a movable shape [m]: a hand that closes around it has its working point in the
+middle. Our choice: objects up to 80 mm thick are grasped."""
 
 
 class Buried(Artifact):
-    """A point inside of a solid shape that it cannot leave."""
+    """A point inside a solid shape, to which it is rigidly connected."""
 
     point: str
     geom: str
-    """The shape, or its body where it has no name."""
+    """Name of the shape, or of its body if the shape has none."""
     depth_m: float
-    """From its surface."""
+    """Distance from the surface of the shape [m]."""
     movable: bool
     """Whether the shape can move, and the point with it."""
 
 
 def refuse_buried(mjcf: str, points: Sequence[tuple[str, float]]) -> None:
-    """Refuse points that lie so deep in something solid that its surface is not near enough.
+    """Refuse points that lie so deep in a solid shape that its surface is not within their tolerance.
 
-    Only what is fixed to a point counts: the rest may be moved out of the way.
+    Only shapes that are rigidly connected to the point count: others may be moved out of the way.
 
     Args:
-        mjcf: The environment.
-        points: Sites, or else bodies by their origin, and how near is near enough [m].
+        mjcf: MJCF of the environment.
+        points: Names of sites, or else of bodies (their origin), each with its tolerance [m].
 
     Raises:
-        UserError: One does.
+        UserError: A point lies too deep.
         MjcfError: The environment cannot be loaded.
-        IsolationError: That ran past its limits.
+        IsolationError: The measurement exceeded the limits of its child process.
     """
     if not points:
         return
@@ -65,16 +65,16 @@ def refuse_buried(mjcf: str, points: Sequence[tuple[str, float]]) -> None:
 
 
 def refuse_buried_corners(mjcf: str, corners_m: Sequence[tuple[tuple[float, ...], float]]) -> None:
-    """Refuse corners of a path that lie so deep in something fixed to the world that its surface is not near enough.
+    """Refuse corners of a path that lie deeper in a shape fixed to the world than their tolerance.
 
     Args:
-        mjcf: The environment.
-        corners_m: Points in world coordinates, and how near is near enough [m].
+        mjcf: MJCF of the environment.
+        corners_m: Points in world coordinates, each with its tolerance [m].
 
     Raises:
-        UserError: One does.
+        UserError: A corner lies too deep.
         MjcfError: The environment cannot be loaded.
-        IsolationError: That ran past its limits.
+        IsolationError: The measurement exceeded the limits of its child process.
     """
     if not corners_m:
         return
@@ -105,7 +105,7 @@ def _find_buried(mjcf: str, points: tuple[str, ...]) -> tuple[Buried, ...]:
 
 @isolated
 def _measure(mjcf: str, points: tuple[str, ...]) -> tuple[Buried, ...]:
-    """Return for each point the solid shape in which it lies deepest, if any."""
+    """Return the solid shape in which each point lies deepest; points that lie in none are left out."""
     model, data, probe = _with_probe(mjcf)
     found = []
     for name in points:
@@ -118,7 +118,7 @@ def _measure(mjcf: str, points: tuple[str, ...]) -> tuple[Buried, ...]:
 
 @isolated
 def _measure_corners(mjcf: str, corners_m: tuple[tuple[float, ...], ...]) -> tuple[Buried, ...]:
-    """Return for each point in the world the solid and fixed shape in which it lies deepest, if any."""
+    """Return the solid, fixed shape in which each world point lies deepest; points that lie in none are left out."""
     model, data, probe = _with_probe(mjcf)
     found = []
     for point_m in corners_m:
@@ -128,7 +128,7 @@ def _measure_corners(mjcf: str, corners_m: tuple[tuple[float, ...], ...]) -> tup
 
 
 def _with_probe(mjcf: str) -> tuple[mujoco.MjModel, mujoco.MjData, int]:
-    """Return an environment with a small sphere that touches nothing, and the sphere's number."""
+    """Return an environment with a small sphere that collides with nothing, and the sphere's geom id."""
     spec = load_mjcf(mjcf).spec
     sphere = mujoco.mjtGeom.mjGEOM_SPHERE
     probe = spec.worldbody.add_geom(type=sphere, size=[_RADIUS_M] * 3, contype=0, conaffinity=0)
@@ -139,7 +139,7 @@ def _with_probe(mjcf: str) -> tuple[mujoco.MjModel, mujoco.MjData, int]:
 
 
 def _deepest(model: mujoco.MjModel, data: mujoco.MjData, probe: int, point: str, weld: int) -> Buried | None:
-    """Return how deep the sphere lies in what is fixed to a body (0 is the world); None where it lies in nothing."""
+    """Return the depth of the sphere in the shapes welded to a body (0 is the world); None if it lies in none."""
     depths_m = {
         geom: -_RADIUS_M - mujoco.mj_geomDistance(model, data, probe, geom, 0.0, None)
         for geom in _solid(model)
@@ -153,6 +153,6 @@ def _deepest(model: mujoco.MjModel, data: mujoco.MjData, probe: int, point: str,
 
 
 def _solid(model: mujoco.MjModel) -> list[int]:
-    """Return the shapes that a robot touches; a height field has no inside that could be measured."""
+    """Return the geoms that a robot can touch, except height fields, which have no inside that could be measured."""
     solid = (model.geom_contype | model.geom_conaffinity) != 0
     return np.flatnonzero(solid & (model.geom_type != mujoco.mjtGeom.mjGEOM_HFIELD)).tolist()

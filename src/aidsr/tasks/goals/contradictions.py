@@ -1,4 +1,4 @@
-"""Limits of a goal that forbid what the goal asks for."""
+"""Checks for limits of a goal that forbid what the goal requires."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from aidsr.tasks.goals.touch import Touch
 
 
 def refuse_contradictions(goal: Goal, around: Surroundings) -> None:
-    """Refuse a goal whose limits leave no way to meet it.
+    """Refuse a goal whose limits make it impossible to meet.
 
     Args:
-        goal: With its names looked up.
+        goal: The goal with its names resolved.
         around: The environment.
 
     Raises:
-        UserError: A touch needs more force than a limit on the same body, or another stage, allows; a point to reach,
-            with all that is near enough to it in any variation, lies in a region that the functional part keeps out of;
-            or all mounts of a robot that is held lie in a region that it keeps out of.
+        UserError: A touch needs more force than a limit on the same body, or another stage, allows; a point to reach
+            lies, with its whole tolerance and in every variation, in a region that the functional part must keep out
+            of; or all mounts of a robot with a fixed base lie in a region that the robot must keep out of.
     """
     *others, last = goal.stages if isinstance(goal, Stages) else (goal,)
-    # what need not be held for long may be had while a limit is passed for no longer than is tolerated
+    # a part that is held no longer than the tolerated time may be met while a limit is exceeded
     held = [part for part in others if part.hold_s > TOLERATED_S] + [last] * (goal.hold_s > TOLERATED_S)
     _refuse_stages([part for part in (*others, last) if isinstance(part, Touch)])
     for limit in goal.limits:
@@ -41,7 +41,7 @@ def refuse_contradictions(goal: Goal, around: Surroundings) -> None:
 
 
 def _refuse_stages(touches: Sequence[Touch]) -> None:
-    """Refuse a touch that is harder than another stage allows at any moment, also before and after its turn."""
+    """Refuse a touch with more force than another stage allows at any moment, also before and after that stage."""
     for hard, soft in itertools.permutations(touches, 2):
         counted = hard.target == soft.target and soft.part in ("robot", hard.part)
         if counted and soft.at_most_n is not None and hard.force_n > soft.at_most_n:
@@ -61,7 +61,7 @@ def _refuse_touch(parts: Sequence[Goal], limit: ForceLimit) -> None:
 
 
 def _depth_m(limit: KeepOut, point_m: tuple[float, ...]) -> float:
-    """Return how deep a point is in a region [m]."""
+    """Return the depth of a point in a region [m], negative outside."""
     return -float(limit.depth_m(np.array(point_m)[None, None], np.array(limit.center_m)[None])[0, 0])
 
 
@@ -69,7 +69,7 @@ def _refuse_points(points: Sequence[tuple[str, float]], moved_m: float, limit: K
     for name, within_m in points if limit.what in (ROBOT, PART) else ():
         carriers = {site.name: site.body for site in around.summary.sites}
         if around.mechanism.carrying(carriers.get(name, name)):
-            continue  # it can be moved out
+            continue  # it can be moved out of the region
         point_m = around.sites.get(name) or around.body(name, "reach").position_m
         if _depth_m(limit, point_m) > within_m + moved_m:
             raise UserError(

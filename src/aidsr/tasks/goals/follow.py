@@ -20,16 +20,16 @@ from aidsr.tasks.shaping import closeness
 from aidsr.tasks.task import Feature, TaskState
 
 _NEAR = 0.2
-"""Share of the progress for being at the path. Our choice: enough to lead there, and less than following it."""
+"""Share of the progress for being at the path. Our choice: enough to guide there, and less than following it."""
 _MOST_POINTS = 400
-"""Of a path, as it is followed. Our choice: a distance to each is measured at every step."""
+"""Largest number of points of a sampled path. Our choice: the distance to each is computed at every step."""
 _AHEAD = 2.0
-"""How many tolerances along the path one step may go on. Our choice: a faster one has not followed it, and a path that
-comes back near itself is not cut short."""
+"""Largest advance along the path in one step, in units of `within_m`. Our choice: a faster motion does not follow the
+path, and a path that comes back near itself cannot be cut short."""
 
 
 class Follow(Goal):
-    """The functional part, or a body, goes along a path and stays near it."""
+    """The functional part, or a body, moves along a path and stays near it."""
 
     wording: ClassVar = Wording(
         "goal/follow",
@@ -39,13 +39,13 @@ class Follow(Goal):
     )
     kind: Literal["follow"]
     target: str = ""
-    """Body that is to follow it, by its centre of mass; the functional part where none is named."""
+    """Body whose centre of mass must follow the path; if empty, the functional part must follow it."""
     path_m: tuple[tuple[Finite, ...], ...] = ()
     """Corners of the path in world coordinates [m]."""
     sites: tuple[str, ...] = ()
-    """Instead of them: sites of the environment, where they are at the start."""
+    """Sites of the environment to use as corners instead, at their positions at the start."""
     within_m: Positive = 0.02
-    """How far beside the path still follows it [m]."""
+    """Largest distance from the path that still counts as following it [m]."""
 
     @field_validator("path_m")
     @classmethod
@@ -133,7 +133,7 @@ class Follow(Goal):
         )
 
     def start(self, seen: Seen) -> TaskState:
-        """Nothing is followed until its first point is reached."""
+        """Return the state: the index of the last point followed, (n,), or -1 before the first point is reached."""
         return self.update(seen, {"index": np.full(seen.n, -1.0)})
 
     def update(self, seen: Seen, state: TaskState) -> TaskState:
@@ -141,7 +141,7 @@ class Follow(Goal):
         ahead = int(np.ceil(_AHEAD * self.within_m / self._step_m))
         distance_m = length_m(self._follower_m(seen)[:, None] - line[None])
         number = np.arange(len(line))[None]
-        last = np.where(index < 0, 0, index + ahead)[:, None]  # it begins at the first point
+        last = np.where(index < 0, 0, index + ahead)[:, None]  # following begins at the first point
         reached = (distance_m <= self.within_m) & (number > index[:, None]) & (number <= last)
         farthest = np.where(reached, number, -1).max(axis=1)
         return {"index": np.maximum(index, farthest).astype(float)}
@@ -166,7 +166,7 @@ class Follow(Goal):
         return np.asarray(COMING * near + (1.0 - COMING) * done)
 
     def is_met(self, seen: Seen, state: TaskState) -> BoolArray:
-        """All of it was followed, and the end is where it is."""
+        """Return whether the whole path was followed and the follower is still at its end, (n,)."""
         at_end = length_m(self._follower_m(seen) - self._line_m[-1]) <= self.within_m
         return np.asarray((state["index"] >= len(self._line_m) - 1) & at_end)
 

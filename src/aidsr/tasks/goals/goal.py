@@ -1,8 +1,8 @@
-"""What every kind of goal has: its keys, and what it can say of itself.
+"""Base class of all kinds of goal: common keys and methods.
 
-A kind of goal is one record: its keys, what it checks in the environment, what it measures, how far it is done, when it
-is met, and the sentences that say so. `aidsr.tasks.goals.goal_task` makes a task of one, and
-`aidsr.tasks.goals.reading` knows all of them.
+A kind of goal is one record: its keys, its checks of the environment, its sensors, its progress and success, and the
+sentences that describe them. `aidsr.tasks.goals.goal_task` makes a task from a goal, and `aidsr.tasks.goals.reading`
+lists all kinds.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ from aidsr.tasks.readings import BoolArray, FloatArray
 from aidsr.tasks.task import Feature, TaskState
 
 GOAL_VERSION = 4
-"""Of what goals measure. It changes where a policy trained before would be judged by something else than it learned."""
+"""Version of what goals measure. It increases when earlier policies would be judged by something they did not learn."""
 
 NEAR_M, MARGIN_M = 0.03, 0.2
-"""When a functional part is at a body, and how far away it is still worth coming nearer. Our choice: as in the tasks of
-the benchmark, whose bodies are of this size."""
+"""Distance at which a functional part is at a body, and scale on which coming nearer from farther away is rewarded [m].
+Our choice: as in the tasks of the benchmark, whose bodies are of this size."""
 COMING, DOING = 0.3, 0.7
-"""Shares of the progress for coming to a body and for doing something to it. Our choice."""
+"""Shares of the progress for approaching a body and for acting on it. Our choice."""
 
 
 @dataclass(frozen=True)
 class Wording:
-    """What a kind of goal is in general, for those who read a task rather than a goal."""
+    """General description of a kind of goal, for code that reads a task and not its goal."""
 
     task: str
     """Name of the task, "goal/…"."""
@@ -48,26 +48,26 @@ class Wording:
 
 
 class Goal(Artifact):
-    """Fields of every kind of goal, and what each kind answers."""
+    """Fields and methods of every kind of goal."""
 
     wording: ClassVar[Wording]
     target: str = ""
     """Site or body of the environment."""
 
     hold_s: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.5
-    """How long success must last before it counts [s]; of a stage, before the next begins."""
+    """How long success must last before it counts [s]; in a stage, before the next stage begins."""
     time_limit_s: Positive = 10.0
-    """How long an episode lasts at most [s]."""
+    """Longest duration of an episode [s]."""
     by_s: Positive | None = None
-    """Of a stage: when it must be over at the latest, from the start of the episode [s]."""
+    """Only in a stage: latest time at which it must be completed, from the start of the episode [s]."""
     base: Base = "any"
-    """What holds the robot's root: "fixed", "free", "moving" with its mount, or "any"."""
+    """How the robot's root is held: "fixed", "free", "moving" with its mount, or "any"."""
     mount: MountDrive = MountDrive()
-    """What drives the mount, where the base is "moving"."""
+    """Drive of the mount if the base is "moving"."""
     vary_m: tuple[Annotated[float, Field(ge=0, allow_inf_nan=False)], ...] = (0.0, 0.0, 0.0)
-    """How far the target's place differs between episodes, to either side along x, y and z [m]."""
+    """Largest shift of the target between episodes, to either side along x, y and z [m]."""
     limits: tuple[AnyLimit, ...] = ()
-    """What must not be done meanwhile."""
+    """Limits that must not be exceeded during the episode."""
 
     @field_validator("vary_m")
     @classmethod
@@ -91,74 +91,74 @@ class Goal(Artifact):
 
     @abstractmethod
     def resolved(self, around: Surroundings) -> Self:
-        """Return the goal with what its names stand for.
+        """Return the goal with its names resolved in an environment.
 
         Raises:
-            UserError: A name is not that of anything, or the goal cannot be met in this environment.
+            UserError: A name does not exist, or the goal cannot be met in this environment.
         """
 
     @property
     def needs_contact(self) -> bool:
-        """Whether it can only be met by touching something."""
+        """Whether the goal can only be met by touching something."""
         return True
 
     @property
     def places(self) -> tuple[str, ...]:
-        """Sites and bodies that `vary_m` puts elsewhere."""
+        """Sites and bodies that `vary_m` shifts."""
         return (self.target,) if self.target else ()
 
     @property
     def points(self) -> tuple[str, ...]:
-        """Sites and bodies of which a point is to be reached."""
+        """Sites and bodies whose origin the functional part must reach."""
         return ()
 
     @property
     def reached(self) -> tuple[tuple[str, float], ...]:
-        """The same with how near to each is near enough [m]."""
+        """Sites and bodies to be reached, each with its tolerance [m]."""
         return ()
 
     @property
     def corners_m(self) -> tuple[tuple[tuple[float, ...], float], ...]:
-        """Points in world coordinates to be reached by the functional part, with how near is near enough [m]."""
+        """Points in world coordinates that the functional part must reach, each with its tolerance [m]."""
         return ()
 
     @property
     def bodies(self) -> tuple[str, ...]:
-        """Bodies that are to be touched or moved."""
+        """Bodies that must be touched or moved."""
         return self.places
 
     @property
     def moves_bodies(self) -> bool:
-        """Whether they are to be moved."""
+        """Whether `bodies` must be moved."""
         return False
 
     @property
     def may_target_site(self) -> bool:
-        """Whether a place may be that of a site."""
+        """Whether a name in `places` may be that of a site."""
         return False
 
     @property
     def near_m(self) -> float:
-        """How near to a point is near enough [m]."""
+        """Distance from a point at which it counts as reached [m]."""
         return 0.0
 
     @property
     def wanted_n(self) -> float | None:
-        """Force that a touch must have [N]; None where force is only a means."""
+        """Force that a touch must reach [N]; None if the goal requires no force."""
         return None
 
     @property
     def robot_travels(self) -> bool:
-        """Whether the robot itself is to get somewhere: one that stands on nothing has to, whatever the goal."""
+        """Whether the robot as a whole must travel; a robot with a free base always must."""
         return self.base == "free"
 
     @property
     def ways(self) -> tuple[tuple[str, float], ...]:
-        """What is to go how far [m]: "functional_part", "robot" or a body; none where no length is wanted."""
+        """What must move, "functional_part", "robot" or a body, and how far [m]; empty if no distance is required."""
         return ()
 
     def sweeps(self, around: Surroundings) -> tuple[Sweep, ...]:
-        """Return what single joints of the environment are to do; none where it takes several, or a free body."""
+        """Return the required motions of single joints; none if several joints, or a free body, must move."""
         del around
         return ()
 
@@ -166,20 +166,20 @@ class Goal(Artifact):
 
     @abstractmethod
     def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
-        """Return what measures the robot for it; names begin with the tag, or mean the same for every goal."""
+        """Return the sensors of this goal. Names begin with the tag, except those that mean the same for every goal."""
 
     @property
     @abstractmethod
     def features(self) -> tuple[Feature, ...]:
-        """What `observe` returns, in its order."""
+        """Features that `observe` returns, in this order."""
 
     def start(self, seen: Seen) -> TaskState:
-        """Return what is remembered of the beginning."""
+        """Return the goal's state at the start of the episode."""
         del seen
         return {}
 
     def update(self, seen: Seen, state: TaskState) -> TaskState:
-        """Return what is remembered after one more control step."""
+        """Return the goal's state after one more control step."""
         del seen
         return state
 
@@ -189,16 +189,16 @@ class Goal(Artifact):
 
     @abstractmethod
     def progress(self, seen: Seen, state: TaskState) -> FloatArray:
-        """Return how far it is done, 0 to 1, (n,)."""
+        """Return the progress of the goal, 0 to 1, (n,)."""
 
     @abstractmethod
     def is_met(self, seen: Seen, state: TaskState) -> BoolArray:
-        """Return where it is met at this moment, (n,)."""
+        """Return whether the goal is met at this moment, (n,)."""
 
     def bounds(self, tag: str) -> tuple[tuple[str, AnyLimit], ...]:
-        """Return the limits that lose the episode as soon as they are passed, each with the tag of what measures it.
+        """Return the limits that lose the episode as soon as they are exceeded, each with the tag of its sensors.
 
-        Of `limits` some time is tolerated; of these none.
+        `limits` may be exceeded for some time; these may not.
         """
         del tag
         return ()
@@ -208,29 +208,29 @@ class Goal(Artifact):
     @property
     @abstractmethod
     def success_text(self) -> str:
-        """What success is, in a sentence."""
+        """Sentence that describes success."""
 
     @property
     def violation_text(self) -> str:
-        """What counts against it, in a sentence; empty where nothing does."""
+        """Sentence that describes violations; empty if there are none."""
         return ""
 
     @property
     def failure_text(self) -> str:
-        """What loses an episode at once; empty where nothing does."""
+        """Sentences on what loses an episode at once; empty if nothing does."""
         return ""
 
     def losses(self, seen: Seen, state: TaskState) -> dict[str, BoolArray]:
-        """Return where the episode is lost for good, (n,) each, by sentences that make up `failure_text`."""
+        """Return whether the episode is irrecoverably lost, (n,) each, by the sentences of `failure_text`."""
         del seen, state
         return {}
 
 
 def check_speed(goal: Goal) -> None:
-    """Refuse a length that a speed limit forbids in the time there is.
+    """Refuse a goal whose speed limits make a required distance impossible within the time limit.
 
     Raises:
-        UserError: It does.
+        UserError: A speed limit is too low.
     """
     for limit in goal.limits:
         for what, far_m in goal.ways:
@@ -242,12 +242,12 @@ def check_speed(goal: Goal) -> None:
 
 
 def unit(direction: tuple[float, ...]) -> FloatArray:
-    """Return a direction with the length 1, (3,)."""
+    """Return a direction normalized to length 1, (3,)."""
     return np.asarray(np.array(direction) / np.linalg.norm(direction))
 
 
 def offset_sensor(tag: str, target: str, *, of_body: bool) -> TaskSensor:
-    """Return the sensor "offset": the functional part in the frame of a target."""
+    """Return the sensor "offset": the position of the functional part in the frame of a target."""
     return TaskSensor(name=f"{tag}_offset", quantity="position", target=target, of_body=of_body)
 
 

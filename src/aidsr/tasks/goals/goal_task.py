@@ -1,6 +1,6 @@
-"""The tasks that goals make of an environment; observed, rewarded and scored like any other.
+"""Tasks made from a goal and an environment; they are observed, rewarded and scored like any other task.
 
-`goal_task` makes one of a goal and an environment, with everything that the goal names resolved.
+`goal_task` makes such a task and resolves all names of the goal.
 """
 
 from __future__ import annotations
@@ -29,29 +29,29 @@ from aidsr.tasks.task import Criteria, Task, TaskState
 from aidsr.tasks.variation import Change, Variation
 
 _GOAL, _LIMIT = "goal", "limit"
-"""What the names of sensors begin with."""
+"""Prefixes of sensor names."""
 _VARIED = 4
-"""Variations in which the environment is played without a robot. Our choice: the corners of most."""
+"""Number of variations in which the environment is simulated without a robot. Our choice: most have four corners."""
 _BEYOND = "beyond_s"
-"""In the state: how long any of the limits has been passed, (n,) [s]."""
+"""State key: total time for which any of the limits was exceeded, (n,) [s]."""
 _WORST, _PASSED = "worst", "passed_s"
-"""In the state: the largest value measured of what counts against the robot, and how long it was passed [s], (n, k)."""
+"""State keys: largest measured value of each watched limit, and total time for which it was exceeded [s], (n, k)."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class GoalTask(Task):
-    """The task of a goal; made by `aidsr.tasks.goal_task`."""
+    """Task of a goal, made by `aidsr.tasks.goal_task`."""
 
     goal: AnyGoal
     mjcf: str
-    """The environment, or a scene in it."""
+    """MJCF of the environment, or of a scene that contains it."""
     places: tuple[Change, ...] = ()
-    """Where its targets are put, before they are varied; none where they are not."""
+    """Positions of the targets before they are varied; empty if they are not varied."""
     alone: tuple[Alone, ...] = ()
-    """What the environment does without a robot: as written, then in some variations. None of a scene with one."""
+    """Behaviour of the environment without a robot: as written, then in variations. Empty for a scene with a robot."""
 
     def __post_init__(self) -> None:
-        # of a benchmark task these belong to the class; each goal has its own
+        # in benchmark tasks these are class constants; here they depend on the goal
         goal = self.goal
         fields = {
             "name": goal.wording.task,
@@ -77,7 +77,7 @@ class GoalTask(Task):
 
     @property
     def objective(self) -> str:
-        """See `Task`; a design for a goal has its objective in its user's words."""
+        """General objective, see `Task`; a design for a goal uses the user's own words instead."""
         return self.goal.wording.objective
 
     @property
@@ -126,7 +126,7 @@ class GoalTask(Task):
         return Variation(changes, words="; ".join(map(self._moved, self.places, shifts)))
 
     def _moved(self, place: Change, shift_m: FloatArray) -> str:
-        """Return in words how far a place is moved from where the environment describes it."""
+        """Return in words how far a place is shifted from its position in the environment."""
         along = zip(shift_m, self.goal.vary_m, "xyz", strict=True)
         return f"{place.name} {', '.join(f'{1000 * m:+.1f} mm along {axis}' for m, most, axis in along if most)}"
 
@@ -169,12 +169,12 @@ class GoalTask(Task):
 
     @property
     def _watched(self) -> tuple[tuple[str, AnyLimit], ...]:
-        """What counts against the robot, each with the tag of its sensors; the goal's `limits` last."""
+        """All limits of the goal, each with the tag of its sensors: first its `bounds`, then its `limits`."""
         limits = ((f"{_LIMIT}{i}", limit) for i, limit in enumerate(self.goal.limits, start=1))
         return (*self.goal.bounds(_GOAL), *limits)
 
     def _measured(self, readings: Readings) -> list[tuple[AnyLimit, FloatArray]]:
-        """Return what is measured of each, (n,)."""
+        """Return the watched limits, each with its measured value, (n,)."""
         return [(limit, limit.measured(Seen(readings, tag, self.control_dt_s))) for tag, limit in self._watched]
 
     def passed_limits(self, state: TaskState) -> tuple[PassedLimit, ...]:
@@ -198,7 +198,7 @@ class GoalTask(Task):
 
 
 class EndingGoalTask(GoalTask):
-    """A goal that can be lost before its time is over."""
+    """Task of a goal that can be lost before the time limit."""
 
     def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
         return np.asarray(np.any(list(self.losses(readings, state).values()), axis=0))
@@ -208,10 +208,10 @@ class EndingGoalTask(GoalTask):
 
 
 def goal_task(goal: AnyGoal, mjcf: str) -> GoalTask:
-    """Return the task that a goal makes of an environment, or of a scene in it.
+    """Return the task of a goal in an environment, or in a scene that contains one.
 
     Raises:
-        UserError: The environment cannot be loaded, what the goal names is not there, or the goal cannot be met in it.
+        UserError: The environment cannot be loaded, lacks what the goal names, or makes the goal impossible.
     """
     try:
         summary = summarize_environment(mjcf, may_hold_robot=True)
@@ -243,10 +243,10 @@ def _holds_robot(summary: EnvironmentSummary) -> bool:
 
 
 def _check_sensors(task: GoalTask, summary: EnvironmentSummary) -> None:
-    """Check that the environment has no sensor of a name that the goal needs.
+    """Check that the environment has no sensor with a name that the goal needs.
 
     Raises:
-        UserError: It has one, and no robot that the sensor could be for.
+        UserError: It has such a sensor, and no robot that the sensor could measure.
     """
     taken = [sensor.name for sensor in task.sensors if sensor.name in summary.sensors]
     if taken and not _holds_robot(summary):
@@ -256,10 +256,10 @@ def _check_sensors(task: GoalTask, summary: EnvironmentSummary) -> None:
 
 
 def _places(goal: Goal, summary: EnvironmentSummary) -> tuple[Change, ...]:
-    """Return what puts each target where it is: the outermost of the bodies that carry it.
+    """Return the unvaried positions of the targets: each of the outermost body that carries the target.
 
     Raises:
-        UserError: There is nothing to put elsewhere.
+        UserError: There is no target on a named body.
     """
     if not goal.places:
         raise UserError("vary_m requires a target on a named body")
@@ -281,13 +281,13 @@ def _place(target: str, goal: Goal, summary: EnvironmentSummary) -> Change:
 
 
 def _carriers(target: str, goal: Goal, summary: EnvironmentSummary) -> Sequence[BodySummary]:
-    """Return the body of a target and those that carry it, outermost last; none for a site of the world."""
+    """Return the body of a target and the bodies that carry it, outermost last; empty for a site of the world."""
     bodies = {body.name: body for body in summary.bodies}
     sites = {site.name: site.body for site in summary.sites} if goal.may_target_site else {}
     name = sites.get(target, target)
     found = []
     while name in bodies and name != "world":
         found.append(bodies[name])
-        # several bodies without a name cannot be distinguished: what carries them is left out
+        # bodies without a name cannot be distinguished, so the bodies that carry them are left out
         name = bodies[name].parent if name else "world"
     return found

@@ -1,4 +1,4 @@
-"""What must not be done while a goal is pursued: one record for each kind of limit."""
+"""Limits that must not be exceeded while a goal is pursued: one record for each kind of limit."""
 
 from __future__ import annotations
 
@@ -21,64 +21,64 @@ ROBOT, PART = "robot", "functional_part"
 _WHO = {ROBOT: "robot", PART: "functional part"}
 
 TOLERATED_S = 0.2
-"""How long a limit may be passed altogether in an episode that still succeeds. Our choice: a knock, not a habit."""
+"""Total time for which limits may be exceeded in a successful episode [s]. Our choice: one impact, not several."""
 _FULL_MM = 20.0
-"""How deep in a forbidden region the violation is full. Our choice: a limb of this size is then in it as a whole."""
+"""Depth in a forbidden region at which the violation is 1 [mm]. Our choice: a limb of this size is then all inside."""
 
 
 class Limit(Artifact):
-    """What every kind of limit answers."""
+    """Base class of all kinds of limit."""
 
     @abstractmethod
     def check(self, around: Surroundings) -> None:
-        """Refuse names that are not those of anything.
+        """Check the names in the limit.
 
         Raises:
-            UserError: One is not.
+            UserError: A name does not exist in the environment or does not suit the limit.
         """
 
     @property
     def needs_outline(self) -> bool:
-        """Whether it is about the robot's whole surface."""
+        """Whether the limit concerns the robot's whole surface."""
         return False
 
     @abstractmethod
     def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
-        """Return what measures it."""
+        """Return the sensors that measure the limited value."""
 
     @abstractmethod
     def measured(self, seen: Seen) -> FloatArray:
-        """Return what must be no more than `allowed`, (n,), in `unit`."""
+        """Return the measured value that must not exceed `allowed`, (n,), in `unit`."""
 
     @property
     @abstractmethod
     def allowed(self) -> float:
-        """Largest value that passes nothing, in `unit`."""
+        """Largest allowed value, in `unit`."""
 
     unit: ClassVar[str]
-    """Of what is measured."""
+    """Unit of the measured value."""
 
     def severity(self, measured: FloatArray) -> FloatArray:
-        """Return how badly it is passed by what was measured, 0 to 1, (n,)."""
+        """Return how severely measured values exceed the limit, 0 to 1, (n,)."""
         return excess(measured, self.allowed)
 
     @property
     @abstractmethod
     def subject(self) -> str:
-        """What it is about, such as "force on panel"."""
+        """Subject of the limit, such as "force on panel"."""
 
     @property
     @abstractmethod
     def sentence(self) -> str:
-        """What passes it."""
+        """Sentence on what exceeds the limit."""
 
 
 class KeepOut(Limit, Region):
-    """A region that the robot, or something else, keeps out of."""
+    """A region that the robot, or something else, must keep out of."""
 
     kind: Literal["keep_out"]
     what: str = ROBOT
-    """Who keeps out: "robot", all of it, "functional_part", or a body of the environment (its centre of mass)."""
+    """What must keep out: "robot" (all of it), "functional_part", or a body of the environment (its centre of mass)."""
 
     def check(self, around: Surroundings, kind: str = "keep_out") -> None:
         """See `Limit`."""
@@ -108,7 +108,7 @@ class KeepOut(Limit, Region):
         return 0.0
 
     def measured(self, seen: Seen) -> FloatArray:
-        """See `Limit`; how deep."""
+        """See `Limit`; the depth in the region."""
         if self.what == ROBOT:
             body = seen.readings.body
             deepest = (self.depth_m(body.center_m, self.middle_m(seen)) - body.radius_m).min(axis=1)
@@ -133,13 +133,13 @@ class KeepOut(Limit, Region):
 
 
 class SpeedLimit(Limit):
-    """Something does not move faster than it may."""
+    """An upper limit on the speed of something."""
 
     kind: Literal["speed"]
     of: str = PART
-    """What: "functional_part", "robot", its centre of mass, or a body of the environment."""
+    """What must not be faster: "functional_part", "robot" (its centre of mass), or a body of the environment."""
     at_most_m_s: Positive
-    """Mean speed between two control steps [m/s]."""
+    """Largest mean speed between two control steps [m/s]."""
 
     def check(self, around: Surroundings) -> None:
         """See `Limit`."""
@@ -179,13 +179,13 @@ class SpeedLimit(Limit):
 
 
 class ForceLimit(Limit):
-    """A body is not pressed harder than it bears."""
+    """An upper limit on the force on a body."""
 
     kind: Literal["force"]
     on: str
     """Body of the environment."""
     at_most_n: Positive
-    """Net force by the robot [N]."""
+    """Largest net force by the robot [N]."""
 
     def check(self, around: Surroundings) -> None:
         """See `Limit`."""

@@ -1,4 +1,4 @@
-"""What drives a mount that moves: a timetable, the policy, or each some of its actuators."""
+"""Drive of a mount that moves: timetables, the policy, or both for different actuators."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from aidsr.tasks.readings import FloatArray
 
 
 class Course(Artifact):
-    """What an actuator does when."""
+    """Timetable of one actuator."""
 
     actuator: str
     points: Annotated[tuple[tuple[Finite, Finite], ...], Field(min_length=1)]
-    """Pairs of seconds and control, joined by straight lines, held before the first and after the last."""
+    """Pairs of time [s] and control; interpolated linearly, constant before the first pair and after the last."""
 
     @field_validator("points")
     @classmethod
@@ -32,23 +32,24 @@ class Course(Artifact):
 
 
 class MountDrive(Artifact):
-    """Which actuators of the environment the policy drives, and what the others do when."""
+    """Actuators of the environment that the policy drives, and timetables of others."""
 
     policy: tuple[str, ...] = ()
-    """Actuators that the policy drives beside the robot's own."""
+    """Actuators that the policy drives in addition to the robot's own."""
     timetable: tuple[Course, ...] = ()
-    """What other actuators do; those that are not named stay at 0."""
+    """Timetables of other actuators; actuators that are not named stay at 0."""
 
     @property
     def drives(self) -> bool:
-        """Whether it drives anything."""
+        """Whether any actuator is driven."""
         return bool(self.policy or self.timetable)
 
     def check(self, around: Surroundings) -> None:
-        """Refuse a mount that this does not move.
+        """Refuse a drive that cannot move the mount.
 
         Raises:
-            UserError: A name is no actuator's, one lacks what driving it needs, or none moves the mount.
+            UserError: An actuator does not exist, is driven twice, or has no suitable control range; or none of the
+                actuators moves a mount.
         """
         if not self.drives:
             return
@@ -72,12 +73,12 @@ class MountDrive(Artifact):
             )
 
     def controls(self, time_s: FloatArray) -> dict[str, FloatArray]:
-        """Return the controls of the timetable, by actuator, (n,) each."""
+        """Return the controls of the timetables by actuator name, (n,) each."""
         return {course.actuator: np.interp(time_s, *np.array(course.points).T) for course in self.timetable}
 
     @property
     def sentence(self) -> str:
-        """Who moves the mount."""
+        """Sentences on what moves the mount."""
         said = []
         if self.policy:
             said.append(f"The policy drives {', '.join(self.policy)} beside the robot's own actuators.")

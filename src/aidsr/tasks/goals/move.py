@@ -1,4 +1,4 @@
-"""Goals of moving a body, or the robot itself, a way."""
+"""Goals of moving a body, or the robot itself, by a distance."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _UP = (0.0, 0.0, 1.0)
 
 
 class _MoveBody(Goal):
-    """What goals of moving a body share: its centre of mass goes a way along a straight line."""
+    """Base class of goals that move the centre of mass of a body by a distance along a straight line."""
 
     wording: ClassVar = Wording(
         "goal/move",
@@ -34,7 +34,7 @@ class _MoveBody(Goal):
     @property
     @abstractmethod
     def way(self) -> tuple[float, tuple[float, ...]]:
-        """How far [m], and where to in world axes."""
+        """Required distance [m] and its direction in world axes."""
 
     @property
     def moves_bodies(self) -> bool:
@@ -71,7 +71,7 @@ class _MoveBody(Goal):
 
     def progress(self, seen: Seen, state: TaskState) -> FloatArray:
         moved = share(self._way_m(seen, state), self.way[0])
-        near = closeness(seen.scalar("gap"), margin=MARGIN_M)  # of surfaces: a body's origin may be deep inside of it
+        near = closeness(seen.scalar("gap"), margin=MARGIN_M)  # between surfaces: a body's origin may be deep inside
         # a body that moves has been reached, whichever part of the robot moves it
         return COMING * np.maximum(near, moved) + DOING * moved
 
@@ -89,7 +89,7 @@ class Lift(_MoveBody):
     target: str
     """Body of the environment that can move."""
     by_m: Positive = 0.05
-    """How high over where it stood at the start [m]."""
+    """Required height above its position at the start [m]."""
 
     @property
     def way(self) -> tuple[float, tuple[float, ...]]:
@@ -106,15 +106,15 @@ class Lift(_MoveBody):
 
 
 class Travel(_MoveBody):
-    """The centre of mass of a body, or of the robot where none is named, gets somewhere along a straight line."""
+    """The centre of mass of a body, or of the robot if no body is named, moves by a distance along a straight line."""
 
     kind: Literal["travel"]
     target: str = ""
-    """Body of the environment that is to be moved; the robot's own centre of mass where none is named."""
+    """Body of the environment that must be moved; if empty, the robot's own centre of mass must move."""
     distance_m: Positive
-    """How far [m]."""
+    """Required distance [m]."""
     direction: tuple[float, ...] = (1.0, 0.0, 0.0)
-    """In world axes, of any length."""
+    """Direction in world axes, of any length."""
 
     @field_validator("direction")
     @classmethod
@@ -142,7 +142,7 @@ class Travel(_MoveBody):
 
 
 class RobotTravel(Travel):
-    """The robot's own centre of mass gets somewhere; what `travel` without a target means."""
+    """The robot's own centre of mass moves by a distance: the goal `travel` without a target."""
 
     wording: ClassVar = Wording(
         "goal/travel",

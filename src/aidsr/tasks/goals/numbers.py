@@ -1,4 +1,4 @@
-"""Numbers in the keys of goals."""
+"""Types and checks of numbers in goal files."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 
 def three_numbers(value: tuple[float, ...]) -> tuple[float, ...]:
-    """Return three numbers.
+    """Return the value, which must have three numbers.
 
     Raises:
-        ValueError: They are not three.
+        ValueError: The value has more or fewer than three numbers.
     """
     if len(value) != 3:
         raise ValueError(f"{len(value)} numbers instead of three, for x, y and z")
@@ -23,10 +23,10 @@ def three_numbers(value: tuple[float, ...]) -> tuple[float, ...]:
 
 
 def a_direction(value: tuple[float, ...]) -> tuple[float, ...]:
-    """Return three numbers that are a direction.
+    """Return the value, which must be a direction: three finite numbers that are not all 0.
 
     Raises:
-        ValueError: They are none.
+        ValueError: The value is not a direction.
     """
     if not 1e-6 < math.hypot(*three_numbers(value)) < math.inf:
         raise ValueError(f"no direction: {list(value)}; use a finite one other than zero")

@@ -1,4 +1,4 @@
-"""Goals of bringing the functional part somewhere."""
+"""Goals of bringing the functional part to a point."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from aidsr.tasks.shaping import closeness
 from aidsr.tasks.task import Feature, TaskState
 
 _PLACE, _TURN = 0.6, 0.4
-"""Shares of the progress of a pose for being there and for pointing as wanted. Our choice."""
+"""Shares of the progress of a pose for being at the target and for pointing in the direction. Our choice."""
 
 
 class _ToAPoint(Goal):
-    """What goals about a point share."""
+    """Base class of goals that bring the functional part to a point."""
 
     target: str
     """Site or body of the environment."""
     within_m: Positive = 0.02
-    """How near is there [m]."""
+    """Largest distance that counts as reached [m]."""
 
     def resolved(self, around: Surroundings) -> Self:
         around.require_place(self.target, self.kind_name)
@@ -34,7 +34,7 @@ class _ToAPoint(Goal):
 
     @property
     def kind_name(self) -> str:
-        """The word in the file."""
+        """Value of the key `kind`."""
         return str(self.kind)  # type: ignore[attr-defined]
 
     @property
@@ -101,7 +101,7 @@ class Reach(_ToAPoint):
 
 
 class Pose(_ToAPoint):
-    """The functional part comes to a point and points in a direction there."""
+    """The functional part comes to a site or to the origin of a body, and points in a direction there."""
 
     wording: ClassVar = Wording(
         "goal/pose",
@@ -111,11 +111,11 @@ class Pose(_ToAPoint):
     )
     kind: Literal["pose"]
     direction: tuple[float, ...]
-    """Where the functional part's axis has to point, in world axes, of any length."""
+    """Direction in which the functional part's axis must point, in world axes, of any length."""
     axis: tuple[float, ...] = (0.0, 0.0, 1.0)
-    """That axis, in the frame of the site or body that is the functional part."""
+    """Axis of the functional part, in the frame of the site or body that is the functional part; of any length."""
     within_deg: Annotated[float, Field(gt=0, lt=180)] = 15.0
-    """How far it may point aside [deg]."""
+    """Largest angle between the axis and the direction [deg]."""
 
     @field_validator("direction", "axis")
     @classmethod
@@ -149,7 +149,7 @@ class Pose(_ToAPoint):
         return np.asarray((length_m(seen["offset"]) <= self.within_m) & (self._aside_deg(seen) <= self.within_deg))
 
     def _pointing(self, seen: Seen) -> FloatArray:
-        """Return where the axis points in world axes, (n, 3)."""
+        """Return the direction of the axis in world axes, (n, 3)."""
         turn, axis = seen["turn"], unit(self.axis)
         w, v = turn[:, :1], turn[:, 1:]
         twice = 2.0 * np.cross(v, np.broadcast_to(axis, v.shape))

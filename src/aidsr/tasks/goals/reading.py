@@ -1,10 +1,10 @@
-"""A goal in a file: success measured in any environment, without a line of Python.
+"""Goals in TOML files: success criteria for any environment, without Python code.
 
     kind = "lift"
     target = "lid"
     by_m = 0.05
 
-docs/goals.md has every kind. `aidsr.tasks.goal_task` makes the task of it.
+docs/goals.md describes every kind. `aidsr.tasks.goal_task` makes a task from a goal.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def _by_word(kinds: tuple[type[BaseModel], ...]) -> dict[str, Any]:
 
 
 KINDS: dict[str, type[Goal]] = _by_word((*get_args(get_args(Stage)[0]), Stages))
-"""Every kind of goal by its word."""
+"""All kinds of goal, by the value of their key `kind`."""
 _LIMITS: dict[str, type[Limit]] = _by_word(get_args(get_args(AnyLimit)[0]))
 
 _MAX_BYTES = 2**20
@@ -41,8 +41,8 @@ def read_goal(path: str | Path) -> AnyGoal:
     """Return the goal in a file.
 
     Raises:
-        TypeError: The path is none.
-        UserError: There is no such file, or it is no goal.
+        TypeError: The path is not a string or a `Path`.
+        UserError: The file does not exist, cannot be read, or is not a valid goal.
     """
     check_type(path, (str, Path), "goal must be the path of a TOML file")
     try:
@@ -58,11 +58,11 @@ def parse_goal(text: str, name: str = "the goal") -> AnyGoal:
     """Return the goal in a TOML text.
 
     Args:
-        text: The TOML.
-        name: Of the goal, for messages.
+        text: The TOML text.
+        name: Name of the goal for messages.
 
     Raises:
-        UserError: It is no goal.
+        UserError: The text is not a valid goal.
     """
     try:
         values = parse_toml(text)
@@ -86,7 +86,7 @@ def _check_kind(values: Any, kinds: dict[str, Any], name: str) -> None:
     """Refuse a table without a known kind.
 
     Raises:
-        UserError: It has none.
+        UserError: The kind is missing or unknown.
     """
     kind = values.get("kind") if isinstance(values, dict) else None
     if isinstance(kind, str) and kind in kinds:
@@ -100,8 +100,8 @@ def _check_kind(values: Any, kinds: dict[str, Any], name: str) -> None:
 
 
 def _sentence(error: ValidationError, kind: type[Goal]) -> str:
-    """Return the first mistake in one sentence."""
-    # an unknown key is often the missing one
+    """Return the first validation error as one sentence."""
+    # an unknown key comes first: it is often a misspelling of the missing key
     first = min(error.errors(), key=lambda each: each["type"] != "extra_forbidden")
     places = [str(part) for part in first["loc"][1:]]
     record, shown = _record_at(kind, places)
@@ -120,7 +120,7 @@ def _sentence(error: ValidationError, kind: type[Goal]) -> str:
 
 
 def _record_at(kind: type[BaseModel], places: list[str]) -> tuple[type[BaseModel], list[str]]:
-    """Return the record in which a mistake is, and its place without the words that only tell kinds apart."""
+    """Return the record that contains an error, and the error's place without the parts that only name a kind."""
     record, shown = kind, list[str]()
     for index, place in enumerate(places):
         known = KINDS | _LIMITS

@@ -1,4 +1,4 @@
-"""A region of space: a box along the world's axes, or a ball, about a point or about something that may move."""
+"""A region of space: a box along the world axes or a ball, around a fixed point or around a site or body."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from aidsr.tasks.readings import FloatArray
 
 
 class Region(Artifact):
-    """A box or a ball, and where its middle is."""
+    """A box or a ball, with its centre."""
 
     at: str = ""
-    """Site, or body by its origin, that its middle goes with; empty where `center_m` says where it is."""
+    """Site, or body by its origin, that the centre follows; empty if `center_m` is given."""
     center_m: tuple[Finite, ...] | None = None
-    """Its middle in world coordinates [m]."""
+    """Fixed centre in world coordinates [m]."""
     size_m: tuple[Positive, ...] | None = None
-    """Of a box: how long it is along x, y and z [m]."""
+    """Side lengths of the box along x, y and z [m]."""
     radius_m: Positive | None = None
-    """Of a ball [m]."""
+    """Radius of the ball [m]."""
 
     @field_validator("center_m", "size_m")
     @classmethod
@@ -41,40 +41,40 @@ class Region(Artifact):
         return self
 
     def check(self, around: Surroundings, kind: str) -> None:
-        """Refuse a region about something that does not exist.
+        """Refuse a region around something that does not exist.
 
         Raises:
-            UserError: It does not.
+            UserError: `at` is neither a site nor a body of the environment.
         """
         if self.at:
             around.require_place(self.at, kind)
 
     def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
-        """Return what measures where its middle is."""
+        """Return the sensor of the centre; none if the centre is fixed."""
         return (TaskSensor(name=f"{tag}_region", quantity="target_position", target=self.at),) if self.at else ()
 
     def start_m(self, around: Surroundings) -> tuple[float, ...]:
-        """Return where its middle is at the start, (3,) [m]: of a body its origin, as the sensor measures it."""
+        """Return the centre at the start, (3,) [m]; for a body its origin, as the sensor measures it."""
         return self.center_m or around.sites.get(self.at) or around.body(self.at, "region").position_m
 
     def middle_m(self, seen: Seen) -> FloatArray:
-        """Return where its middle is, (n, 3) [m]."""
+        """Return the centre, (n, 3) [m]."""
         return np.tile(self.center_m, (seen.n, 1)) if self.center_m is not None else seen["region"]
 
     def outside_m(self, points_m: FloatArray, middle_m: FloatArray) -> FloatArray:
-        """Return how far points are outside, 0 inside.
+        """Return the distances of points from the region, 0 inside.
 
         Args:
-            points_m: (n, k, 3) [m].
-            middle_m: (n, 3) [m].
+            points_m: Points, (n, k, 3) [m].
+            middle_m: Centre of the region, (n, 3) [m].
 
         Returns:
-            (n, k) [m].
+            Distances, (n, k) [m].
         """
         return np.maximum(self.depth_m(points_m, middle_m), 0.0)
 
     def depth_m(self, points_m: FloatArray, middle_m: FloatArray) -> FloatArray:
-        """Return distances of points from its surface, negative inside, (n, k, 3) and (n, 3) -> (n, k) [m]."""
+        """Return signed distances of points from the surface, negative inside, (n, k, 3) and (n, 3) -> (n, k) [m]."""
         away = points_m - middle_m[:, None]
         if self.size_m is None:
             assert self.radius_m is not None
@@ -84,7 +84,7 @@ class Region(Artifact):
         return np.asarray(outside + np.minimum(beyond.max(axis=-1), 0.0))
 
     def nearest_m(self, point_m: FloatArray) -> FloatArray:
-        """Return the point of a region with a `center_m` that is nearest to a point, (3,) [m]."""
+        """Return the point of the region nearest to a given point, (3,) [m]; only with a `center_m`."""
         middle = np.array(self.center_m)
         away = point_m - middle
         if self.size_m is None:
@@ -95,7 +95,7 @@ class Region(Artifact):
 
     @property
     def words(self) -> str:
-        """What and where it is, as the end of a sentence."""
+        """Shape and place of the region, as the end of a sentence."""
         shape = (
             f"the ball of radius {self.radius_m:g} m"
             if self.size_m is None

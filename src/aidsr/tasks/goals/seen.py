@@ -1,4 +1,4 @@
-"""What one goal reads: the sensors that it asked for, by the names it gave them."""
+"""Readings of one goal: its own sensors, by the names that it gave them."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ import numpy as np
 from aidsr.tasks.readings import FloatArray, Readings
 
 SHARED = ("com_position", "com_velocity")
-"""Sensors of the whole robot, which mean the same for every goal and so carry no tag."""
+"""Sensors of the whole robot. They mean the same for every goal, so their names have no tag."""
 
 
 @dataclass(frozen=True)
 class Seen:
-    """The readings of n simulations, as one goal or one limit sees them."""
+    """Readings of n simulations for one goal or one limit."""
 
     readings: Readings
     tag: str
-    """What the names of its sensors begin with."""
+    """Prefix of its sensor names."""
     dt_s: float
-    """Since the control step before [s]."""
+    """Time since the previous control step [s]."""
 
     @property
     def n(self) -> int:
-        """How many simulations."""
+        """Number of simulations."""
         return self.readings.n
 
     def name(self, sensor: str) -> str:
-        """Return the name of a sensor in the scene."""
+        """Return the name in the scene of one of its sensors."""
         return sensor if sensor in SHARED else f"{self.tag}_{sensor}"
 
     def __getitem__(self, sensor: str) -> FloatArray:
@@ -40,13 +40,13 @@ class Seen:
         return self[sensor][:, 0]
 
     def mean_force_n(self, sensor: str) -> FloatArray:
-        """Return `Readings.mean_force_n`, (n,) [N]."""
+        """Return `Readings.mean_force_n` of a sensor, (n,) [N]."""
         return self.readings.mean_force_n(self.name(sensor))
 
     def peak_force_n(self, sensor: str) -> FloatArray:
-        """Return `Readings.peak_force_n`, (n,) [N]."""
+        """Return `Readings.peak_force_n` of a sensor, (n,) [N]."""
         return self.readings.peak_force_n(self.name(sensor))
 
     def mean_speed_m_s(self, sensor: str) -> FloatArray:
-        """Return the magnitude of the mean velocity since the last control step, (n,) [m/s]."""
+        """Return the magnitude of a sensor's mean velocity since the last control step, (n,) [m/s]."""
         return np.asarray(np.linalg.norm(self.readings.samples(self.name(sensor)).mean(axis=1), axis=-1))

@@ -1,4 +1,4 @@
-"""Goals in an order: each is met before the next counts."""
+"""Goals in sequence: each must be met before the next one counts."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ from aidsr.tasks.task import Feature, TaskState
 _OF_THE_WHOLE = ("time_limit_s", "base", "mount", "vary_m", "limits")
 
 _HOLDING = 0.1
-"""Share of a stage's progress for holding it, where it has to be held. Our choice: little beside getting there."""
+"""Share of a stage's progress for holding it, if required. Our choice: little compared with reaching it."""
 
 Stage = Annotated[Reach | Pose | Lift | Travel | Touch | Turn | Bring | Follow, Field(discriminator="kind")]
 
 
 class Stages(Goal):
-    """Several goals, one after the other; the last is held as the whole asks."""
+    """Several goals in sequence; the last must be held for the `hold_s` of the whole goal."""
 
     kind: Literal["stages"]
     stages: Annotated[tuple[Stage, ...], Field(min_length=2)]
-    """In their order."""
+    """The goals in their order."""
 
     wording: ClassVar = Wording(
         "goal/stages", "Goals are met in an order.", "Stages met, and how far the present one is.", ()
@@ -46,7 +46,11 @@ class Stages(Goal):
     @field_validator("stages", mode="before")
     @classmethod
     def _of_a_stage(cls, value: Any, info: ValidationInfo) -> Any:
-        """What is said of one stage belongs to it; it need not be held unless it says so, and has the whole's time."""
+        """Give each stage a default `hold_s` of 0 and the time limit of the whole goal.
+
+        Raises:
+            ValueError: A stage sets a key that belongs to the whole goal.
+        """
         if not isinstance(value, list | tuple):
             return value
         time = {"time_limit_s": info.data["time_limit_s"]} if "time_limit_s" in info.data else {}
@@ -157,7 +161,7 @@ class Stages(Goal):
                 after[f"{index}/{key}"] = np.where(keep, value, old)
             met = present & stage.is_met(own, _own(after, index))
             if index == len(self.stages) - 1:
-                break  # the whole is held as the whole asks
+                break  # scoring checks the hold time of the last stage
             held_s = np.where(present, np.where(met, held_s + seen.dt_s, 0.0), held_s)
             advance |= met & (held_s > max(0.0, stage.hold_s - seen.dt_s / 2))
         after["stage"] = now + advance
@@ -176,13 +180,13 @@ class Stages(Goal):
         each = []
         for index, stage, own in self._parts(seen):
             progress = stage.progress(own, _own(state, index))
-            if self._is_held(index):  # one that is met and not yet held is not over
+            if self._is_held(index):  # a stage that is met but not yet held is not completed
                 progress = (1.0 - _HOLDING) * progress + _HOLDING * share(state["held_s"], stage.hold_s)
             each.append(progress)
         return np.asarray(np.stack(each)[state["stage"].astype(int), np.arange(seen.n)])
 
     def _is_held(self, index: int) -> bool:
-        """Whether a stage has a hold of its own; that of the last is the whole's."""
+        """Return whether a stage has its own hold time; the last stage has that of the whole goal."""
         return self.stages[index].hold_s > 0.0 and index < len(self.stages) - 1
 
     def is_met(self, seen: Seen, state: TaskState) -> BoolArray:
@@ -225,7 +229,7 @@ class Stages(Goal):
 
     @property
     def stage_words(self) -> tuple[tuple[float, str], ...]:
-        """What is reached at which progress."""
+        """Progress of each stage and its words; see `Task.stages`."""
         count = len(self.stages)
         words = []
         for index, stage in enumerate(self.stages):
@@ -237,7 +241,7 @@ class Stages(Goal):
 
 
 def _is_default(key: str, value: Any) -> bool:
-    """A stage that was written by this program has all keys."""
+    """Return whether a key has its default value: a stage that was written by this program has all keys."""
     default = Goal.model_fields[key].default
     if hasattr(default, "model_dump"):
         default = default.model_dump()

@@ -1,4 +1,4 @@
-"""The environment as a goal looks things up in it."""
+"""Look-up of names in the environment of a goal, and checks of what they name."""
 
 from __future__ import annotations
 
@@ -14,46 +14,46 @@ from aidsr.sim.mechanism import JointFacts, Mechanism, farthest_m, read_mechanis
 from aidsr.sim.ownership import ROBOT_PREFIX
 
 _ROUNDING = 1.005
-"""How much farther may be wanted than joints were found to let something go. Our choice: that is found on a grid."""
+"""Largest ratio of required distance to distance allowed by joints. Our choice: the latter is found on a grid."""
 
 
 @dataclass(frozen=True)
 class Surroundings:
-    """An environment, or a scene in it, of which only the environment counts."""
+    """An environment, or a scene that contains one; parts of the robot are ignored."""
 
     mjcf: str
     summary: EnvironmentSummary
 
     @cached_property
     def mechanism(self) -> Mechanism:
-        """Its joints and actuators, and where its bodies' centres of mass are."""
+        """Joints and actuators of the environment, and the centres of mass of its bodies."""
         return read_mechanism(self.mjcf)
 
     @property
     def bodies(self) -> list[str]:
-        """Names of its bodies."""
+        """Names of the environment's bodies."""
         return [body.name for body in self.summary.bodies if _is_environment(body.name)]
 
     @property
     def sites(self) -> dict[str, Vec3]:
-        """Where its sites are at the start [m]."""
+        """Positions of the environment's sites at the start, by name [m]."""
         return {site.name: site.position_m for site in self.summary.sites if _is_environment(site.name)}
 
     def body(self, name: str, kind: str) -> BodySummary:
-        """Return a body.
+        """Return a body by its name.
 
         Raises:
-            UserError: There is none of that name.
+            UserError: There is no body of that name.
         """
         if name not in self.bodies:
             raise unknown("target", name, f"a {kind} goal needs a body of the environment", self.bodies)
         return next(body for body in self.summary.bodies if body.name == name)
 
     def require_place(self, name: str, kind: str) -> None:
-        """Refuse what is neither a site nor a body.
+        """Refuse a name of neither a site nor a body.
 
         Raises:
-            UserError: It is neither.
+            UserError: The name is neither.
         """
         known = [*self.sites, *self.bodies]
         if name not in known:
@@ -63,7 +63,7 @@ class Surroundings:
         """Refuse a body that no joint can move.
 
         Raises:
-            UserError: None can, or there is no such body.
+            UserError: No joint can move the body, or there is no such body.
         """
         if not self.body(name, kind).movable:
             raise UserError(
@@ -72,10 +72,10 @@ class Surroundings:
             )
 
     def require_way(self, name: str, direction: tuple[float, ...], wanted_m: float) -> None:
-        """Refuse a way that the joints of a body do not let it go.
+        """Refuse a distance that the joints of a body do not allow.
 
         Raises:
-            UserError: They do not.
+            UserError: The centre of mass cannot move that far in the direction.
         """
         most_m = farthest_m(self.mjcf, name, direction)
         if wanted_m > most_m * _ROUNDING + 1e-6:
@@ -87,10 +87,10 @@ class Surroundings:
             )
 
     def require_solid(self, name: str, kind: str) -> None:
-        """Refuse a body without anything to touch, on it and on what it carries.
+        """Refuse a body that cannot be touched: it has no solid shape, nor does any body that it carries.
 
         Raises:
-            UserError: It has nothing.
+            UserError: There is no solid shape, or no such body.
         """
         self.body(name, kind)
         carried = {name}
@@ -100,10 +100,10 @@ class Surroundings:
             raise UserError(f'"{name}" cannot be touched: it has no solid shape (contype and conaffinity are 0)')
 
     def matching(self, patterns: Sequence[str], kind: str) -> tuple[str, ...]:
-        """Return the bodies that names and patterns such as "pellet_*" stand for, each once.
+        """Return the bodies that match names or patterns such as "pellet_*", each once.
 
         Raises:
-            UserError: One stands for none.
+            UserError: A name or pattern matches no body.
         """
         found: list[str] = []
         for pattern in patterns:
@@ -114,17 +114,17 @@ class Surroundings:
         return tuple(dict.fromkeys(found))
 
     def only_joint(self, body: str) -> JointFacts | None:
-        """Return the one joint that moves a body, a hinge or a slide on a body with a name; None where others do."""
+        """Return the only joint that moves a body if it is a hinge or a slide on a named body, otherwise None."""
         carrying = self.mechanism.carrying(body)
         if len(carrying) != 1 or carrying[0].kind not in ("hinge", "slide") or not carrying[0].body:
             return None
         return carrying[0]
 
     def joint(self, name: str) -> JointFacts:
-        """Return a joint.
+        """Return a joint by its name.
 
         Raises:
-            UserError: There is none of that name.
+            UserError: There is no joint of that name.
         """
         joints = {joint.name: joint for joint in self.mechanism.joints if _is_environment(joint.name)}
         if name not in joints:
@@ -133,7 +133,7 @@ class Surroundings:
 
 
 def unknown(what: str, name: str, needs: str, known: Iterable[str]) -> UserError:
-    """Return the error for a name that stands for nothing."""
+    """Return the error for a name that does not exist."""
     known = list(known)
     near = closest_name(name, known)
     hint = f'; did you mean "{near}"?' if near else f"; it has {', '.join(known) or 'none'}"

@@ -31,11 +31,11 @@ class Touch(Goal):
     target: str
     """Body of the environment."""
     force_n: Positive = 0.1
-    """Net force that counts [N]."""
+    """Smallest net force that counts [N]."""
     at_most_n: Positive | None = None
-    """Net force beyond which the episode is lost, at any moment [N]."""
+    """Net force above which the episode is lost, at any moment [N]."""
     part: Literal["functional_part", "robot"] = "functional_part"
-    """Which part must touch it."""
+    """Part of the robot that must touch the body."""
 
     @model_validator(mode="after")
     def _a_band(self) -> Self:

@@ -20,11 +20,11 @@ from aidsr.tasks.shaping import closeness, share
 from aidsr.tasks.task import Feature, TaskState
 
 _ROUNDING_DEG = 0.01
-"""Our choice: MJCF is written with six digits."""
+"""Tolerance for rounded angles [deg]. Our choice: MJCF is written with six digits."""
 
 
 class Turn(Goal):
-    """A hinge is turned from where it is at the start."""
+    """A hinge is turned from its position at the start."""
 
     wording: ClassVar = Wording(
         "goal/turn",
@@ -36,11 +36,11 @@ class Turn(Goal):
     joint: str
     """Hinge of the environment."""
     by_deg: Finite
-    """By how much, and which way: positive about the joint's axis by the right hand, negative against it [deg]."""
+    """Angle [deg]: positive about the joint's axis by the right-hand rule, negative in the other direction."""
     within_deg: Annotated[float, Field(gt=0, le=180)] | None = None
-    """How far beyond or short of it counts [deg]; without it, all that is at least `by_deg` does."""
+    """Tolerance to both sides of `by_deg` [deg]; without it, every angle of at least `by_deg` counts."""
     target: str = ""
-    """Body that the robot is to come to, such as a handle; the one that the joint moves where none is named."""
+    """Body that the robot must come to, such as a handle; by default the body that the joint moves."""
 
     @field_validator("by_deg")
     @classmethod
@@ -114,7 +114,7 @@ class Turn(Goal):
 
     def progress(self, seen: Seen, state: TaskState) -> FloatArray:
         wanted, turned_deg = abs(self.by_deg), self._turned_deg(seen, state)
-        if self.within_deg is not None:  # what is turned too far is as far from it as what is not yet turned
+        if self.within_deg is not None:  # an angle too large counts the same as one that is too small by as much
             turned_deg = wanted - np.maximum(np.abs(turned_deg - wanted) - self.within_deg, 0.0)
         turned = share(turned_deg, wanted)
         near = closeness(seen.scalar("gap"), margin=MARGIN_M)
@@ -127,7 +127,7 @@ class Turn(Goal):
         return np.asarray(np.abs(turned_deg - wanted) <= self.within_deg)
 
     def _turned_deg(self, seen: Seen, state: TaskState) -> FloatArray:
-        """Return how far it has turned the wanted way, (n,) [deg]."""
+        """Return the angle turned in the required direction, (n,) [deg]."""
         turned = np.rad2deg(seen["angle"] - state["start"])[:, 0]
         return np.asarray(turned * math.copysign(1.0, self.by_deg))
 

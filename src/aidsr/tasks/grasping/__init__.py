@@ -1,1 +1,1 @@
-"""Tasks of grasping: an object is taken hold of and kept."""
+"""Grasping tasks: the robot grasps an object and holds it."""

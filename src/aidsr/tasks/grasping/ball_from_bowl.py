@@ -17,17 +17,17 @@ from aidsr.tasks.task import FORCE_SCALE_N, Criteria, Feature, Task, TaskState, 
 from aidsr.tasks.variation import Change, Variation, shift_words, solid
 
 BOTTOM_M = 0.408
-"""Height of the bowl's flat bottom over the floor."""
+"""Height of the bowl's flat bottom above the floor [m]."""
 RIM_M = 0.04
-"""Height of its rim over the bottom."""
+"""Height of the bowl's rim above its bottom [m]."""
 RIM_RADIUS_M = 0.09
 ABOVE_M = (0.15, 0.30, 0.40)
-"""The mount over the bowl's bottom: lowest, at the start, highest."""
+"""Heights of the mount above the bowl's bottom: lowest, at the start, highest [m]."""
 HALF_SIZE_M = (0.022, 0.030)
 OFFSET_M = 0.01
 RAISED_M = 0.10
 OUTSIDE_M = 0.12
-"""A ball this far from the bowl's axis and no higher than its rim has fallen out."""
+"""Distance from the bowl's axis at which a ball below the rim has fallen out [m]."""
 MAX_FORCE_N = 15.0
 
 
@@ -144,7 +144,7 @@ class BallFromBowl(Task):
 
 
 def _raised_m(readings: Readings, state: TaskState) -> FloatArray:
-    """Return how high the ball is over where it lay, (n,) [m]."""
+    """Return the height of the ball above its start, (n,) [m]."""
     return np.asarray(readings["object_position"][:, 2] - state["start"][:, 2])
 
 

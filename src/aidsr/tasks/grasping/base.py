@@ -1,4 +1,4 @@
-"""What the grasping tasks on a carriage share: its timetable, what is observed of the object, how far it is lifted."""
+"""Common parts of the grasping tasks on a carriage: timetable, observation of the object and its height."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from aidsr.tasks.shaping import closeness, share
 from aidsr.tasks.task import FORCE_SCALE_N, Task, TaskState
 
 TABLE_M = 0.4
-"""Height of the table's top over the floor."""
+"""Height of the table's top above the floor [m]."""
 ABOVE_TABLE_M = 0.25
-"""Height over the table to which the carriage lowers the mount."""
+"""Height above the table to which the carriage lowers the mount [m]."""
 RAISED_M = 0.10
-"""How high the object has to be raised."""
+"""Height by which the object must be raised [m]."""
 LIFT_PROGRESS = "Three tenths for coming near, three for holding it from opposite sides, four for its height."
 _NEAR_M = 0.05
-"""From which the functional part counts as at the object."""
+"""Distance at which the functional part counts as being at the object [m]."""
 _LIFT_OFF_M = 0.01
-"""An object higher than this over its start has left the table."""
+"""Height above its start at which an object has left the table [m]."""
 
 
 @dataclass(frozen=True)
 class CarriageTask(Task, ABC):
-    """A carriage with the mount below follows a timetable; the policy only closes and opens the robot."""
+    """A carriage with the mount below it follows a timetable; the policy only closes and opens the robot."""
 
     base: ClassVar = "moving"
     sensors: ClassVar = (
@@ -40,7 +40,7 @@ class CarriageTask(Task, ABC):
     )
     times_s: ClassVar[tuple[float, ...]]
     heights_m: ClassVar[tuple[float, ...]]
-    """The timetable: heights over where the carriage starts, with straight lines between."""
+    """Timetable: heights of the carriage above its start [m] at `times_s`, interpolated linearly."""
 
     def script(self, readings: Readings) -> Mapping[str, FloatArray]:
         return {"carriage_lift": np.interp(readings.time_s, self.times_s, self.heights_m)}
@@ -63,7 +63,7 @@ class CarriageTask(Task, ABC):
 
 @dataclass(frozen=True)
 class LiftTask(CarriageTask, ABC):
-    """The object stands on a table and must come along when the carriage goes up: down and up at 0.1 m/s."""
+    """The object stands on a table and must be lifted by the carriage, which goes down and up at 0.1 m/s."""
 
     times_s: ClassVar = (0.0, 1.0, 3.0, 4.5)
     heights_m: ClassVar = (0.0, -0.10, -0.10, 0.05)
@@ -73,7 +73,7 @@ class LiftTask(CarriageTask, ABC):
         return {"start": readings["object_position"], "lifted": np.zeros(readings.n), "held": _held(readings)}
 
     def update_state(self, readings: Readings, state: TaskState) -> TaskState:
-        # "held": where the object sat in the grip when it left the table
+        # "held": position of the object relative to the functional part when it left the table
         before = state["lifted"] > 0
         lifted = before | (raised_m(readings, state) > _LIFT_OFF_M)
         held = np.where(before[:, None], state["held"], _held(readings))
@@ -92,7 +92,7 @@ class LiftTask(CarriageTask, ABC):
 
     @property
     def timetable(self) -> str:
-        """What the mount does, in a sentence."""
+        """Sentence on the motion of the mount."""
         down_s, up_s, end_s = self.times_s[1:]
         return (
             f"The mount comes down to {ABOVE_TABLE_M:g} m above the table within {down_s:g} s, waits for "
@@ -107,7 +107,7 @@ def approach(readings: Readings) -> FloatArray:
 
 
 def grip_conditions(readings: Readings) -> tuple[Condition, Condition]:
-    """Return what being "around" an object is made of: nearness, and contacts on opposite sides."""
+    """Return the conditions of the stage "around it": nearness, and contacts on opposite sides."""
     return (
         Condition("functional part to object", 1000 * away_m(readings), 1000 * _NEAR_M, at_least=False, unit="mm"),
         Condition("contacts face each other (1: from opposite sides)", readings.contacts("grip").opposition(), 1.0),
@@ -115,25 +115,25 @@ def grip_conditions(readings: Readings) -> tuple[Condition, Condition]:
 
 
 def raised_condition(height_m: FloatArray, needed_m: float) -> Condition:
-    """Return how high an object is, (n,), against how high it has to be [m]."""
+    """Return the condition on the height of an object, (n,) [m], from the required height [m]."""
     return Condition("raised by", 1000 * height_m, 1000 * needed_m, unit="mm")
 
 
 def away_m(readings: Readings) -> FloatArray:
-    """Return how far the object is from the functional part, (n,) [m]."""
+    """Return the distance of the object from the functional part, (n,) [m]."""
     return np.asarray(np.linalg.norm(_held(readings), axis=1))
 
 
 def raised_m(readings: Readings, state: TaskState) -> FloatArray:
-    """Return how high the object is over where it stood, (n,) [m]."""
+    """Return the height of the object above its start, (n,) [m]."""
     return np.asarray(readings["object_position"][:, 2] - state["start"][:, 2])
 
 
 def slip_m(readings: Readings, state: TaskState) -> FloatArray:
-    """Return how far the object has moved against the functional part since it left the table, (n,) [m]."""
+    """Return how far the object has moved relative to the functional part since it left the table, (n,) [m]."""
     return np.asarray(np.linalg.norm(_held(readings) - state["held"], axis=1))
 
 
 def _held(readings: Readings) -> FloatArray:
-    """Return the way from the functional part to the object, (n, 3) [m]."""
+    """Return the vector from the functional part to the object, (n, 3) [m]."""
     return np.asarray(readings["object_position"] - readings["tip_position"])

@@ -14,12 +14,12 @@ from aidsr.tasks.task import FORCE_SCALE_N, Criteria, Feature, TaskState, span
 from aidsr.tasks.variation import Change, Variation, shift_words
 
 HALF_AXES_M = np.array([0.020, 0.020, 0.027])
-"""Half axes of the ellipsoid, which lies on its side."""
+"""Half axes of the ellipsoid [m], which lies on its side."""
 SIZE_FACTOR = (0.85, 1.15)
 MASS_KG = (0.02, 0.04)
 OFFSET_M = 0.01
 TOGETHER = 3.0
-"""What all contacts together may bear, in single ones."""
+"""Force limit of all contacts together, as a multiple of the limit of a single contact."""
 LUMP_M = 0.012
 LUMPS = ("object_lump_1", "object_lump_2", "object_lump_3")
 
@@ -48,7 +48,7 @@ class DelicateGrasping(LiftTask):
     hard: ClassVar = {"contact_n": 1.0}
 
     contact_n: float = 2.0
-    """What a single contact may bear [N]; see `TOGETHER`."""
+    """Force of a single contact at which the object breaks [N]; see `TOGETHER`."""
 
     @property
     def objective(self) -> str:
@@ -113,18 +113,18 @@ class DelicateGrasping(LiftTask):
         return self._load(readings) >= 1.0
 
     def _load(self, readings: Readings) -> FloatArray:
-        """Return the contacts' forces as a share of what the object bears, (n,)."""
+        """Return the contact forces as a share of those at which the object breaks, (n,)."""
         single = readings.peak_contact_n("grip") / self.contact_n
         return np.maximum(single, readings.peak_contact_n("grip", together=True) / (TOGETHER * self.contact_n))
 
 
 def _lumps(rng: np.random.Generator, scale: float, *, lumpy: bool) -> tuple[Change, ...]:
-    """Return the changes that let three balls stick out of the ellipsoid by 3 to 7 mm, or hide them in it."""
+    """Return the changes that make three balls stick out of the ellipsoid by 3 to 7 mm, or hide them in it."""
     changes = []
     for number, lump in enumerate(LUMPS):
         out_m = HALF_AXES_M[0] - LUMP_M + rng.uniform(0.003, 0.007)
         around = np.deg2rad(rng.uniform(-40.0, 40.0)) + (0.0, np.pi)[number % 2]
-        # above the table: a lump below would lift the object off it
+        # on the upper side: a lump below would lift the object off the table
         place = np.array([out_m * np.cos(around), (number - 1) * 0.012, abs(out_m * np.sin(around))])
         changes.append(Change("geom_size", lump, (scale * LUMP_M,) * 3))
         changes.append(Change("geom_pos", lump, tuple(scale * place) if lumpy else (0.0, 0.0, 0.0)))

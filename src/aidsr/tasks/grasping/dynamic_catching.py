@@ -16,25 +16,25 @@ from aidsr.tasks.task import FORCE_SCALE_N, Criteria, Feature, Task, TaskState, 
 from aidsr.tasks.variation import Change, Variation
 
 MOUNT_HEIGHT_M, MOUNT_DEG = 0.5, 45.0
-"""The mount looks up and forward at first."""
+"""Height of the mount, and its elevation at first [deg]: it points up and forward."""
 AHEAD_M = 0.12
 CAPTURE_M = np.array([AHEAD_M * np.sqrt(0.5), 0.0, MOUNT_HEIGHT_M + AHEAD_M * np.sqrt(0.5)])
-"""The capture point, in front of the mount."""
+"""Capture point in front of the mount, in world coordinates [m]."""
 SPEED_M_S = (1.0, 1.8)
 THROW_S, FLIGHT_S = (0.5, 1.5), (0.2, 0.35)
-"""When the ball is thrown, and how long it flies. Our choice: a hand that closes from the start is shut before."""
+"""Ranges of the time of the throw and of the flight [s]. Our choice: a hand that closes at the start is shut before."""
 WAIT_S, TURN_S = 0.5, 1.0
-"""The mount turns over so long after the ball is due, within so long."""
+"""Time from the due arrival of the ball to the turn of the mount, and duration of the turn [s]."""
 TURN_RAD, TURNED_RAD = np.deg2rad(MOUNT_DEG + 90.0), np.deg2rad(MOUNT_DEG + 85.0)
-"""How far it turns, until it looks straight down, and from where on it counts as turned."""
+"""Angle of the turn, after which the mount points straight down, and angle from which it counts as turned [rad]."""
 BALL_KG = 0.04
 OFFSET_M, SPREAD_DEG = 0.025, 15.0
 CAUGHT_M, FLOOR_M, GRAVITY_M_S2 = 0.06, 0.05, 9.81
 KEEP_S = 1.0
 CAUGHT_S = WAIT_S + TURN_S + KEEP_S
-"""How long a ball is held that is caught when it is due and let go when it may be."""
+"""Time for which a ball is held that is caught when it is due and let go as soon as permitted [s]."""
 GONE_M = 0.15
-"""A ball this far from where it was kept has been let go."""
+"""Distance from the place where it is kept at which a ball has been let go [m]."""
 MAX_IMPACT_N = 20.0
 
 
@@ -135,7 +135,7 @@ class DynamicCatching(Task):
         sideways_m, across_m = rng.uniform(-OFFSET_M, OFFSET_M, size=2)
         arrival = speed_m_s * np.array([-np.cos(down) * np.cos(aside), -np.cos(down) * np.sin(aside), -np.sin(down)])
         passes = CAPTURE_M + np.array([-across_m * np.sqrt(0.5), sideways_m, across_m * np.sqrt(0.5)])
-        # the throw, found by flying backwards from the capture point; it takes one control step
+        # start of the throw, computed backwards from the capture point; the throw takes one control step
         fall = np.array([0.0, 0.0, GRAVITY_M_S2 * flight_s])
         thrown = arrival + fall
         start = passes - flight_s * (arrival + fall / 2) - self.control_dt_s / 2 * thrown
@@ -199,15 +199,15 @@ class DynamicCatching(Task):
 
 
 def _is_kept(readings: Readings) -> BoolArray:
-    """Return whether the ball is where it has to be kept, and off the floor, (n,)."""
+    """Return whether the ball is where it has to be kept and not on the floor, (n,)."""
     return np.asarray((_away_m(readings) <= CAUGHT_M) & (readings["ball_position"][:, 2] > FLOOR_M))
 
 
 def _away_m(readings: Readings) -> FloatArray:
-    """Return how far the ball is from where it has to be kept, (n,) [m]."""
+    """Return the distance of the ball from the place where it has to be kept, (n,) [m]."""
     return np.asarray(np.linalg.norm(readings["ball_position"] - readings["keeping_position"], axis=1))
 
 
 def _distance_m(readings: Readings) -> FloatArray:
-    """Return how far the ball is from the functional part, (n,) [m]."""
+    """Return the distance of the ball from the functional part, (n,) [m]."""
     return np.asarray(np.linalg.norm(readings["ball_position"] - readings["tip_position"], axis=1))

@@ -20,7 +20,7 @@ MASS_KG = (0.05, 0.15)
 OFFSET_M = 0.015
 SLIP_M = 0.02
 OFF_TABLE_M = 0.02
-"""An object whose middle is this far below the table's top has fallen off."""
+"""Depth of an object's centre below the table's top at which it has fallen off [m]."""
 MAX_SPEED_M_S = 1.0
 SHAKE_HZ = 2.0
 
@@ -48,7 +48,7 @@ class SimpleGrasping(LiftTask):
     hard: ClassVar = {"shake_n": 1.0}
 
     shake_n: float = 0.0
-    """Amplitude of a sideways push on the lifted object, to and fro twice a second [N]."""
+    """Amplitude of the sideways force on the lifted object, which oscillates at `SHAKE_HZ` [N]."""
 
     @property
     def objective(self) -> str:

@@ -15,18 +15,18 @@ from aidsr.tasks.task import FORCE_SCALE_N, Criteria, Feature, TaskState, span
 from aidsr.tasks.variation import Change, Variation, solid
 
 APPROACH_S, RETREAT_S, END_S = 1.0, 3.0, 5.0
-"""When the carriage has come near, begins to draw back, and has drawn back."""
+"""Times at which the carriage has approached, begins to draw back, and has drawn back [s]."""
 APPROACH_M = 0.10
 MOUNT_M, RADIUS_M = 0.65, 0.03
 MASS_KG = (0.05, 0.20)
 DISTANCE_M = (0.06, 0.10)
-"""From the mount to the object's middle after the approach."""
+"""Range of the distance from the mount to the object's centre after the approach [m]."""
 SPIN_RAD_S = 0.2
 STILL_M_S = 0.02
 PUSHED_M, LOST_M = 0.3, 0.6
-"""An object this far from the functional part was pushed off, and is out of reach."""
+"""Distances from the functional part at which an object counts as pushed off, and as out of reach [m]."""
 KEPT_M = 0.05
-"""An object that is farther than this from where it was against the mount has been left behind."""
+"""Displacement relative to the mount at which the object counts as left behind [m]."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class ZeroGravityGrasping(CarriageTask):
     hard: ClassVar = {"drift_m_s": 0.1}
 
     drift_m_s: float = 0.03
-    """Fastest drift of the object [m/s]."""
+    """Largest drift speed of the object [m/s]."""
 
     @property
     def objective(self) -> str:
@@ -114,7 +114,7 @@ class ZeroGravityGrasping(CarriageTask):
         return {"held": _from_mount_m(readings), "left": np.zeros(readings.n)}
 
     def update_state(self, readings: Readings, state: TaskState) -> TaskState:
-        # "held": where the object was against the mount as the carriage began to draw back
+        # "held": position of the object relative to the mount when the carriage began to draw back
         held = np.where((readings.time_s < RETREAT_S)[:, None], _from_mount_m(readings), state["held"])
         left = np.linalg.norm(_from_mount_m(readings) - held, axis=1) >= KEPT_M
         return {"held": held, "left": np.maximum(state["left"], left)}

@@ -1,1 +1,1 @@
-"""Tasks of locomotion: the whole robot gets somewhere."""
+"""Locomotion tasks: the whole robot travels to a goal."""

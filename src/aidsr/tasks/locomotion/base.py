@@ -1,4 +1,4 @@
-"""What the tasks of locomotion share: a body observed in the lane it travels along, and what stands in that lane."""
+"""Common parts of the locomotion tasks: observation of the robot in its lane, and boxes placed in the lane."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from aidsr.tasks.variation import Change
 
 LANE_HALF_WIDTH_M = 0.3
 OUTSIDE_M = 0.1
-"""A robot whose centre of mass is that far outside the lane has left it for good."""
+"""Distance of the centre of mass outside the lane at which the robot has left it irrecoverably [m]."""
 LEAVES_LANE = "The centre of mass leaves the lane."
 OUT_OF_LANE = f"The centre of mass is {OUTSIDE_M:g} m outside the lane."
 
@@ -62,29 +62,29 @@ class LaneTask(Task, ABC):
 
 
 def in_lane(readings: Readings) -> FloatArray:
-    """Return the centre of mass along the lane, to its left, and over the ground, (n, 3) [m]."""
+    """Return the position of the centre of mass along the lane, to its left, and above the ground, (n, 3) [m]."""
     return _along(readings, readings["com_position"] - readings["lane_position"])
 
 
 def outline_in_lane(readings: Readings) -> FloatArray:
-    """Return the middles of the outline's balls along the lane, to its left, and over the ground, (n, p, 3) [m]."""
+    """Return the centres of the outline's spheres along the lane, to its left, and above the ground, (n, p, 3) [m]."""
     return _along(readings, readings.body.center_m - readings["lane_position"][:, None])
 
 
 def turned_lane(turn_deg: float) -> Change:
-    """Return the lane turned about its start, to the left."""
+    """Return the change that turns the lane about its start; positive angles turn left."""
     half = np.deg2rad(turn_deg) / 2
     return Change("body_quat", "lane", (np.cos(half), 0.0, 0.0, np.sin(half)))
 
 
 def box_between(name: str, low_m: Corner, high_m: Corner) -> tuple[Change, Change]:
-    """Return the changes that let a box reach from one corner to the opposite one, in the frame of its body."""
+    """Return the changes that make a box span two opposite corners, given in the frame of its body [m]."""
     low, high = np.array(low_m), np.array(high_m)
     return Change("geom_size", name, tuple((high - low) / 2)), Change("geom_pos", name, tuple((high + low) / 2))
 
 
 def _along(readings: Readings, vectors: FloatArray) -> FloatArray:
-    """Return world vectors (n, 3) or (n, p, 3) in the lane's axes; the lane lies level."""
+    """Return world vectors (n, 3) or (n, p, 3) in the lane's axes; the lane is horizontal."""
     axes = np.stack([readings["lane_forward"], readings["lane_left"]], axis=1)
     level = np.einsum("n...k,njk->n...j", vectors, axes)
     return np.concatenate([level, vectors[..., 2:]], axis=-1)

@@ -18,7 +18,8 @@ from aidsr.tasks.variation import Change, Variation, turn_words
 FRICTION = (0.6, 1.2)
 TURN_DEG = 15.0
 GOAL_LENGTHS = 4.0
-"""A long robot has to go four times its own length, so that unrolling or falling over is not travelling."""
+"""Distance to travel in lengths of the robot. A long robot must go four times its own length, so that unrolling or
+falling over is not enough."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class FlatGround(OneWayTask):
     goal_m: float = 1.5
     """Distance to travel [m]."""
     goal_lengths: float = GOAL_LENGTHS
-    """Distance to travel in lengths of the robot; the larger one counts."""
+    """Distance to travel in lengths of the robot; the larger of the two distances counts."""
 
     @property
     def objective(self) -> str:

@@ -17,13 +17,13 @@ from aidsr.tasks.task import Criteria, Edits, Feature, TaskState, span
 from aidsr.tasks.variation import Change, Variation, turn_words
 
 EDGE_M = 1.0
-"""Where the gap begins: far enough that nothing gets there by chance."""
+"""Position of the gap's near edge along the lane [m]: far enough that no robot gets there by chance."""
 DEPTH_M = 0.15
 WIDTH_M = (0.06, 0.10)
 TURN_DEG = 15.0
 PAST_M = 0.02
 LONG_M, HALF_WIDTH_M, THICK_M = 1.8, 0.5, 0.14
-"""Size of a platform. Its thickness leaves 10 mm over the bottom, so that nothing crawls under it."""
+"""Length, half width and thickness of a platform [m]. It is 10 mm above the bottom: no robot crawls under it."""
 STARTS_BEYOND = "A part of the robot starts beyond the near edge."
 ON_THE_BOTTOM = "It touches the bottom."
 

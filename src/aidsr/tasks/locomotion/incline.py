@@ -15,17 +15,17 @@ from aidsr.tasks.task import FRICTION_ELSE, Criteria, Edits, Feature, TaskState,
 from aidsr.tasks.variation import Change, Variation
 
 START_M = 0.35
-"""Where the incline begins: a robot of the usual size starts clear of it."""
+"""Position of the beginning of the incline along the lane [m]: a robot of the usual size starts clear of it."""
 LENGTH_M = 0.35
-"""Of the incline, along itself."""
+"""Length of the incline along its slope [m]."""
 PLATEAU_M = 0.8
 HALF_WIDTH_M = 0.45
 THICKNESS_M = 0.02
-"""Half of the ramp's."""
+"""Half of the ramp's thickness [m]."""
 SPREAD_DEG = 2.0
 FRICTION = (0.7, 1.1)
 CLIMBED = 0.8
-"""Share of the whole rise that counts as being up."""
+"""Smallest share of the whole rise that counts as having climbed it."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Incline(LaneTask):
     hard: ClassVar = {"slope_deg": 25.0}
 
     slope_deg: float = 15.0
-    """Of the incline, at the middle of its variation [deg]."""
+    """Slope of the incline, in the middle of its range of variation [deg]."""
 
     @property
     def objective(self) -> str:
@@ -99,7 +99,7 @@ class Incline(LaneTask):
         return {"start": start, "lowest": start[:, 2]}
 
     def update_state(self, readings: Readings, state: TaskState) -> TaskState:
-        # a body that sinks down at the start has nothing to make up for
+        # height counts from the lowest point, so that sinking at the start is no disadvantage
         return {"start": state["start"], "lowest": np.minimum(state["lowest"], in_lane(readings)[:, 2])}
 
     def progress(self, readings: Readings, state: TaskState) -> FloatArray:
@@ -113,12 +113,12 @@ class Incline(LaneTask):
         return np.asarray(there & (self._climbed(readings, state) >= CLIMBED))
 
     def _climbed(self, readings: Readings, state: TaskState) -> FloatArray:
-        """Return the part of the rise that the centre of mass is above the lowest it has been, (n,)."""
+        """Return the height of the centre of mass above its lowest point so far, as a share of the rise, (n,)."""
         return np.asarray((in_lane(readings)[:, 2] - state["lowest"]) / readings.parameters["rise_m"][:, 0])
 
 
 def ramp(slope_rad: float) -> tuple[Change, ...]:
-    """Return the changes that give the incline another slope, and the plateau its height."""
+    """Return the changes that give the incline another slope, and the plateau the matching place and height."""
     cos, sin = float(np.cos(slope_rad)), float(np.sin(slope_rad))
     run_m, rise_m = LENGTH_M * cos, LENGTH_M * sin
     middle = (START_M + run_m / 2 + THICKNESS_M * sin, 0.0, rise_m / 2 - THICKNESS_M * cos)

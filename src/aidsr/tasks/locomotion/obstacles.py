@@ -1,4 +1,4 @@
-"""Find a way around obstacles that no straight way passes."""
+"""Travel around obstacles that block every straight path."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from aidsr.tasks.variation import Change, Variation
 
 GOAL_M = 1.1
 OBSTACLES = 2
-"""Each a barrier from a wall of the lane to past its middle, with a round post at its end."""
+"""Number of obstacles: each is a barrier from a wall of the lane to past its middle, with a round post at its end."""
 FIRST_M, SPACING_M, SHIFT_M = 0.45, 0.5, 0.03
-"""Where the first one stands, how far they are apart, and how far each may stand from there, along the lane."""
+"""Position of the first obstacle, distance between obstacles and largest shift of each, along the lane [m]."""
 HEIGHT_M, HALF_THICK_M = 0.04, 0.02
 POST_RADIUS_M = (0.02, 0.03)
 SPREAD_M = 0.01
 CLEAR_M = 0.10
-"""How far beside an obstacle's end the way leads by which progress is measured. Our choice: half the width of a robot
-of the usual size."""
+"""Distance between an obstacle's end and the path by which progress is measured [m]. Our choice: half the width of a
+robot of the usual size."""
 STARTS_BEYOND = "A part of the robot starts beyond the first obstacle."
 
 
@@ -61,7 +61,7 @@ class Obstacles(LaneTask):
     hard: ClassVar = {"reach_m": 0.07}
 
     reach_m: float = 0.02
-    """How far past the middle of the lane an obstacle reaches [m]; an episode has up to 10 mm more or less."""
+    """How far an obstacle reaches past the middle of the lane [m]; episodes vary it by up to 10 mm."""
 
     @property
     def objective(self) -> str:
@@ -76,7 +76,7 @@ class Obstacles(LaneTask):
         x, side = _places()
         edits: dict[str, dict[str, tuple[float, ...]]] = {}
         for change in _obstacles(x, side, np.full(OBSTACLES, self.reach_m), np.full(OBSTACLES, 0.025)):
-            # posts are as thick at both levels
+            # posts have the same thickness at both levels
             if (change.field, change.name[:4]) != ("geom_size", "post"):
                 edits.setdefault(f"geom/{change.name}", {})[change.field.removeprefix("geom_")] = change.value
         return edits
@@ -117,7 +117,7 @@ class Obstacles(LaneTask):
         return np.column_stack([super().observe(readings, state), ways.reshape(readings.n, -1)])
 
     def reset_state(self, readings: Readings) -> TaskState:
-        """How long the way is from the start, and whether a part of the robot is beyond the first obstacle already."""
+        """Return the length of the whole path, and whether a part of the robot starts beyond the first obstacle."""
         way_m = way_left_m(in_lane(readings)[:, :2], _turns_m(readings))
         return {"way": np.maximum(way_m, 1e-6), "beyond": starts_beyond(readings, FIRST_M - SHIFT_M)}
 
@@ -135,12 +135,12 @@ class Obstacles(LaneTask):
 
 
 def way_left_m(point_m: FloatArray, turns_m: FloatArray) -> FloatArray:
-    """Return the length of the shortest way to the finish line around the obstacles' ends, (n,) [m].
+    """Return the length of the shortest path to the finish line around the obstacles' ends, (n,) [m].
 
     Args:
-        point_m: Where it begins, along the lane and to its left, (n, 2) [m].
-        turns_m: Where the way passes each obstacle, (n, OBSTACLES, 2) [m]. What is farther from the lane's middle than
-            that is open as well, up to the wall.
+        point_m: Beginning of the path, along the lane and to its left, (n, 2) [m].
+        turns_m: Point where the path passes each obstacle, (n, OBSTACLES, 2) [m]. Farther from the lane's middle than
+            this point, the lane is open up to the wall.
     """
     (along_m, aside_m), last_m = point_m.T, turns_m[:, -1]
     after_m = GOAL_M - last_m[:, 0]
@@ -163,7 +163,7 @@ def _distance_m(one_m: FloatArray, other_m: FloatArray) -> FloatArray:
 
 
 def _places() -> tuple[FloatArray, FloatArray]:
-    """Return where the obstacles stand along the lane [m], and from which side they reach: 1 left, -1 right."""
+    """Return the nominal positions of the obstacles along the lane [m], and their sides: 1 left, -1 right."""
     numbers = np.arange(OBSTACLES, dtype=np.float64)
     return FIRST_M + SPACING_M * numbers, 1.0 - 2.0 * (numbers % 2.0)
 

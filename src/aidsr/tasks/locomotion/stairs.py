@@ -16,14 +16,14 @@ from aidsr.tasks.task import Criteria, Edits, Feature, TaskState
 from aidsr.tasks.variation import Change, Variation
 
 FIRST_EDGE_M = 0.4
-"""Where the first step begins: a robot of the usual size starts clear of it."""
+"""Position of the first edge along the lane [m]: a robot of the usual size starts clear of it."""
 STEPS = 3
 TREAD_M = 0.15
 RISE_M = 0.02
 SIZE_FACTOR = (0.8, 1.2)
 LANDING_M = 1.0
 CLIMBED = 0.8
-"""Share of the whole rise that counts as being up."""
+"""Smallest share of the whole rise that counts as having climbed it."""
 STARTS_BEYOND = "A part of the robot starts beyond the first edge."
 
 
@@ -92,12 +92,12 @@ class Stairs(LaneTask):
         return np.column_stack([super().observe(readings, state), tread, rise])
 
     def reset_state(self, readings: Readings) -> TaskState:
-        """Where the centre of mass starts, and whether a part of the robot is beyond the first edge already."""
+        """Return start and height of the centre of mass, and whether a part of the robot is beyond the first edge."""
         there, beyond = in_lane(readings), starts_beyond(readings, FIRST_EDGE_M)
         return {"start": there[:, 0], "lowest": there[:, 2], "beyond": beyond}
 
     def update_state(self, readings: Readings, state: TaskState) -> TaskState:
-        """The lowest height of the centre of mass: a body that sinks down at first does not have to rise again."""
+        """Return the lowest height of the centre of mass so far: a body that sinks at first is measured from there."""
         return {**state, "lowest": np.minimum(state["lowest"], in_lane(readings)[:, 2])}
 
     def progress(self, readings: Readings, state: TaskState) -> FloatArray:
@@ -114,7 +114,7 @@ class Stairs(LaneTask):
         return {**super().losses(readings, state), STARTS_BEYOND: state["beyond"] > 0.0}
 
     def _steps(self, rise_m: float, tread_m: float) -> tuple[Change, ...]:
-        """Return the boxes of the steps and of the mark on the last of them."""
+        """Return the changes that place the boxes of the steps and of the mark on the last step."""
         edges = [FIRST_EDGE_M + tread_m * step for step in range(STEPS)]
         boxes: list[Change] = []
         for step, edge in enumerate(edges, start=1):

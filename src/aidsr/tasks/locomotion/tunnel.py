@@ -17,17 +17,17 @@ from aidsr.tasks.task import FRICTION_ELSE, Criteria, Edits, Feature, TaskState,
 from aidsr.tasks.variation import Change, Variation, turn_words
 
 ENTRANCE_M = 0.35
-"""Where the tunnel begins: a robot of the usual size starts clear of it."""
+"""Position of the entrance along the lane [m]: a robot of the usual size starts clear of it."""
 LENGTH_M = 0.60
 HALF_LENGTH_M = LENGTH_M / 2
 HALF_WIDTH_M = 0.06
-"""Half of the inner width."""
+"""Half of the inner width [m]."""
 WALL_M = 0.008
 PORTAL_M = (0.6, 0.3)
-"""Half width and height of the wall around the entrance."""
+"""Half width and height of the wall around the entrance [m]."""
 BEND_DEG = (15.0, 25.0)
-"""To either side. Our choice: of 144 episodes of rings under random actions at 0 to 25 deg, all that won had less than
-10 deg; at 15 deg and more 1 of 160 won."""
+"""Range of the bend to either side [deg]. Our choice: in 144 episodes of rings under random actions at 0 to 25 deg, all
+that succeeded had less than 10 deg; at 15 deg and more, 1 of 160 succeeded."""
 HEIGHT_M = 0.10
 HEIGHT_FACTOR = (0.9, 1.1)
 FRICTION = (0.6, 1.2)
@@ -62,7 +62,7 @@ class Tunnel(LaneTask):
     hard: ClassVar = {"height_m": 0.07}
 
     height_m: float = HEIGHT_M
-    """Height of the tunnel [m]; an episode has 10 % more or less."""
+    """Height of the tunnel [m]; episodes vary it by up to 10 %."""
 
     @property
     def objective(self) -> str:
@@ -92,7 +92,7 @@ class Tunnel(LaneTask):
 
     @property
     def target(self) -> tuple[Mark, ...]:
-        # beside the wall's middle is the middle of the tunnel; with a bend the wall is up to 14 mm shorter or longer
+        # the mark is in the middle of the tunnel, beside the wall, whose length a bend changes by up to 14 mm
         beyond_m = HALF_LENGTH_M / 2 + HALF_WIDTH_M / 2
         place = (beyond_m, -HALF_WIDTH_M - WALL_M / 2, 0.0)
         return (Mark(element="geom", name="left_2", at_m=place, radius_m=HALF_WIDTH_M / 2),)
@@ -133,13 +133,13 @@ class Tunnel(LaneTask):
 
 
 def _outline_along_m(readings: Readings) -> FloatArray:
-    """Return where the outline's balls are along the tunnel, 0 at its entrance, (n, p) [m]."""
+    """Return the positions of the outline's spheres along the tunnel, 0 at its entrance, (n, p) [m]."""
     from_entrance = outline_in_lane(readings)[:, :, :2] - [ENTRANCE_M, 0.0]
     return along_tunnel_m(from_entrance, readings.parameters["bend_rad"])
 
 
 def _rear_m(readings: Readings) -> FloatArray:
-    """Return where the rearmost part is along the tunnel, (n,) [m]."""
+    """Return the position of the rearmost part along the tunnel, (n,) [m]."""
     return np.asarray((_outline_along_m(readings) - readings.body.radius_m).min(axis=1))
 
 
@@ -177,18 +177,18 @@ def tunnel_changes(bend_rad: float, height_m: float) -> tuple[Change, ...]:
 
 
 def along_tunnel_m(point_m: FloatArray, bend_rad: FloatArray) -> FloatArray:
-    """Return how far points are along the tunnel's middle line, (n, p) [m].
+    """Return the positions of points along the tunnel's middle line, (n, p) [m].
 
-    Before the entrance it is the distance to its middle, negative: a body that turns sideways in front of it comes no
-    nearer.
+    Before the entrance, the position is the negative distance to the middle of the entrance: a body that turns sideways
+    in front of it comes no nearer.
 
     Args:
-        point_m: Level points seen from the entrance, along and to the left, (n, p, 2) [m].
-        bend_rad: The bends, (n, 1) [rad].
+        point_m: Horizontal positions relative to the entrance, along the lane and to its left, (n, p, 2) [m].
+        bend_rad: Bend of each tunnel, positive to the left, (n, 1) [rad].
     """
     x, y = point_m[:, :, 0] - HALF_LENGTH_M, point_m[:, :, 1]
     beyond = x * np.cos(bend_rad) + y * np.sin(bend_rad)
-    # the halves meet in the plane that cuts their angle in two
+    # the halves meet in the plane that bisects their angle
     second = x * np.cos(bend_rad / 2) + y * np.sin(bend_rad / 2) > 0.0
     along = np.where(second, HALF_LENGTH_M + beyond, point_m[:, :, 0])
     return np.where(along < 0.0, -np.linalg.norm(point_m, axis=2), along)

@@ -1,1 +1,1 @@
-"""Tasks of manipulation: something in the environment is moved or worked on in a given order."""
+"""Manipulation tasks: the robot moves or works on something in the environment in a given order."""

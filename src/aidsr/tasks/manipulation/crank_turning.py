@@ -14,9 +14,9 @@ from aidsr.tasks.task import FORCE_SCALE_N, Criteria, Edits, Feature, Task, Task
 from aidsr.tasks.variation import Change, Variation
 
 RADIUS_M = 0.06
-"""From the axle to the pin."""
+"""Distance from the axle to the pin [m]."""
 HEIGHT_M, AHEAD_M = 0.30, 0.25
-"""Where the crank's front is: above the floor, and from the mount."""
+"""Position of the crank's front: height above the floor, and distance from the mount [m]."""
 OFFSET_M = 0.01
 TORQUE_FACTOR = (0.5, 1.5)
 MAX_FORCE_N = 15.0
@@ -54,7 +54,7 @@ class CrankTurning(Task):
     torque_nm: float = 0.04
     """Friction of the axle [N m]; see `TORQUE_FACTOR`."""
     turn_deg: float = 270.0
-    """How far the crank has to be turned [deg]."""
+    """Required turn of the crank [deg]."""
 
     @property
     def objective(self) -> str:
@@ -121,7 +121,7 @@ class CrankTurning(Task):
     def progress(self, readings: Readings, state: TaskState) -> FloatArray:
         turned = share(self._turned_deg(readings, state), self.turn_deg)
         near = approach(np.linalg.norm(_to_pin_m(readings), axis=1), within=0.03)
-        # a crank that turns is being turned, whatever pushes it
+        # a crank that turns counts as reached, whichever part of the robot pushes it
         return 0.2 * np.maximum(near, turned) + 0.8 * turned
 
     def violation(self, readings: Readings) -> FloatArray:
@@ -131,11 +131,11 @@ class CrankTurning(Task):
         return self._turned_deg(readings, state) >= self.turn_deg
 
     def _turned_deg(self, readings: Readings, state: TaskState) -> FloatArray:
-        """Return how far the crank is turned in the wanted direction since the start, (n,)."""
+        """Return the angle of the crank since the start in the required direction, (n,) [deg]."""
         turned = readings.scalar("crank_angle") - state["start"]
         return np.asarray(np.rad2deg(turned) * readings.parameters["direction"][:, 0])
 
 
 def _to_pin_m(readings: Readings) -> FloatArray:
-    """Return the way from the functional part to the middle of the pin, (n, 3) [m]."""
+    """Return the vector from the functional part to the middle of the pin, (n, 3) [m]."""
     return np.asarray(readings["pin_position"] - readings["tip_position"])

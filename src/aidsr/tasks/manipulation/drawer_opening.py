@@ -17,25 +17,25 @@ from aidsr.tasks.variation import Change, Variation
 
 DRAWERS = ("drawer_1", "drawer_2", "drawer_3")
 STAGES = 4
-"""Of each drawer: approach, hold, pull, push back."""
+"""Number of stages of each drawer: approach, hold, pull, push back."""
 ALL_STAGES = STAGES * len(DRAWERS)
 OPEN_M = 0.06
 SHUT_M = 0.01
 BAR_RADIUS_M = 0.006
 FULLY_OPEN_M = 0.10
-"""Where the environment's joints end."""
+"""Opening at which the range of the drawers' joints ends [m]."""
 NEAR_SHARE = 0.3
-"""Of pulling and pushing. Our choice."""
+"""Share of the progress of pulling and pushing for being near the handle. Our choice."""
 BEHIND_M = np.array([0.012, 0.0, 0.0])
-"""From the middle of a handle's bar to where it is pulled from, into the cabinet [m]. Our choice: policies that pulled
-had their functional part 7 to 10 mm behind the bar's middle."""
+"""Vector from the middle of a handle's bar to the point from which it is pulled, towards the cabinet [m]. Our choice:
+policies that pulled had their functional part 7 to 10 mm behind the bar's middle."""
 NEAR_M = 0.03
-"""A handle this near has been approached."""
+"""Distance at which a handle counts as approached [m]."""
 FRICTION_FACTOR = (0.5, 2.0)
 MAX_FORCE_N = 40.0
 AMONG = "A part of the robot is level with the bars of the handles, or behind them, at the start."
 OUT_OF_TURN = f"A drawer whose turn it is not is opened by {1000 * OPEN_M:g} mm."
-"""What loses an episode."""
+"""Sentences of the two rules that lose an episode."""
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ class DrawerOpening(Task):
         return {"stage": np.zeros(readings.n), "among": np.asarray(front_m > bars_m - BAR_RADIUS_M, dtype=np.float64)}
 
     def update_state(self, readings: Readings, state: TaskState) -> TaskState:
-        # in order, every stage of the wanted drawer whose goal is reached
+        # advance in order through every stage of the wanted drawer whose goal is reached
         to_handle, opening_m, force_n = wanted(readings, state)
         arrived, touched = np.linalg.norm(to_handle, axis=1) < NEAR_M, force_n > TOUCH_N
         stage, first = state["stage"], state["stage"] // STAGES * STAGES
@@ -159,24 +159,27 @@ class DrawerOpening(Task):
 
 
 def openings_m(readings: Readings) -> FloatArray:
-    """Return how far the drawers are open, (n, 3) [m]."""
+    """Return the openings of the drawers, (n, 3) [m]."""
     return np.column_stack([readings[f"{drawer}_opening"] for drawer in DRAWERS])
 
 
 def alone(readings: Readings, opening_m: FloatArray) -> BoolArray:
-    """Return whether all drawers but one are shut, (n,).
+    """Return whether all drawers except one are shut, (n,).
 
     Args:
-        readings: Of now.
-        opening_m: Opening of that one, (n,) [m].
+        readings: Current readings.
+        opening_m: Opening of the excepted drawer, (n,) [m].
     """
     return np.asarray((openings_m(readings) > SHUT_M).sum(axis=1) <= (opening_m > SHUT_M))
 
 
 def wanted(readings: Readings, state: TaskState) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return, of the drawer in turn, functional part to handle (n, 3), opening (n,) and force on the handle (n,).
+    """Return values of the wanted drawer, which is the drawer in turn.
 
-    After the last stage it is the one that is farthest open, because all have to be shut.
+    After the last stage it is the drawer that is farthest open, because all have to be shut.
+
+    Returns:
+        Vector from the functional part to the handle, (n, 3) [m], opening, (n,) [m], and force on the handle, (n,) [N].
     """
     row, opened_m = np.arange(readings.n), openings_m(readings)
     drawer = np.where(state["stage"] >= ALL_STAGES, opened_m.argmax(axis=1), in_turn(readings, state))
@@ -186,42 +189,42 @@ def wanted(readings: Readings, state: TaskState) -> tuple[FloatArray, FloatArray
 
 
 def in_turn(readings: Readings, state: TaskState) -> NDArray[np.intp]:
-    """Return the number of the drawer whose turn it is, from 0, (n,); the last one after the last stage."""
+    """Return the index of the drawer whose turn it is, (n,); after the last stage that of the last drawer in order."""
     turn = np.minimum(state["stage"] // STAGES, len(DRAWERS) - 1).astype(np.intp)
     return np.asarray(readings.parameters["order"][np.arange(readings.n), turn].astype(np.intp))
 
 
 def out_of_turn(readings: Readings, state: TaskState) -> BoolArray:
-    """Return whether a drawer is open whose turn it is not, (n,); after the last stage none counts."""
+    """Return whether a drawer is open out of turn, (n,); always False after the last stage."""
     others = np.arange(len(DRAWERS)) != in_turn(readings, state)[:, None]
     opened = ((openings_m(readings) >= OPEN_M) & others).any(axis=1)
     return np.asarray(opened & (state["stage"] < ALL_STAGES))
 
 
 def to_be_shut(state: TaskState) -> BoolArray:
-    """Return whether the wanted drawer has to be shut, or kept shut, and not opened, (n,)."""
+    """Return whether the wanted drawer has to be shut or kept shut, (n,)."""
     return np.asarray((state["stage"] % STAGES == STAGES - 1) | (state["stage"] >= ALL_STAGES))
 
 
 def nearness(state: TaskState, to_handle: FloatArray) -> FloatArray:
-    """Return how near the functional part is to where it is wanted, 0 to 1, (n,): at the handle; to pull, behind it.
+    """Return the nearness of the functional part to the handle, or for pulling to a point behind it, 0 to 1, (n,).
 
     Args:
-        state: Holds the stage.
-        to_handle: From the functional part to the wanted handle, (n, 3) [m].
+        state: Task state with the stage.
+        to_handle: Vector from the functional part to the wanted handle, (n, 3) [m].
     """
     to_be_pulled = (state["stage"] % STAGES == STAGES - 2) & (state["stage"] < ALL_STAGES)
     return approach(np.linalg.norm(to_handle + to_be_pulled[:, None] * BEHIND_M, axis=1))
 
 
 def staged(state: TaskState, near: FloatArray, opening_m: FloatArray, widest_m: FloatArray) -> FloatArray:
-    """Return the share of all stages that is done, the present one in part, 0 to 1, (n,).
+    """Return the completed share of all stages, including a part of the present one, 0 to 1, (n,).
 
     Args:
-        state: Holds the stage.
-        near: See `nearness`, (n,).
-        opening_m: Opening of the wanted drawer, (n,).
-        widest_m: Opening of the drawer that is farthest open, (n,).
+        state: Task state with the stage.
+        near: Nearness of the functional part, see `nearness`, (n,).
+        opening_m: Opening of the wanted drawer, (n,) [m].
+        widest_m: Opening of the drawer that is farthest open, (n,) [m].
     """
     stage, last = state["stage"], ALL_STAGES - 1
     shares = (near, near, _moved(near, share(opening_m, OPEN_M)), _moved(near, _shut(opening_m)))
@@ -230,10 +233,16 @@ def staged(state: TaskState, near: FloatArray, opening_m: FloatArray, widest_m: 
 
 
 def _moved(near: FloatArray, way: FloatArray) -> FloatArray:
-    """Return how far a drawer is moved; being near its handle is worth `NEAR_SHARE`, until as much is done."""
+    """Return the progress of moving a drawer, 0 to 1.
+
+    `NEAR_SHARE` of it is for nearness to the handle, or for the motion where that is larger; the rest is for motion.
+    """
     return np.asarray(NEAR_SHARE * np.maximum(near, way) + (1.0 - NEAR_SHARE) * way)
 
 
 def _shut(opening_m: FloatArray) -> FloatArray:
-    """Return how far drawers are shut, counted from where they end: what was pulled too far earns from the first mm."""
+    """Return how far drawers are shut, 0 to 1.
+
+    It is measured from fully open, so that pushing a drawer that was pulled too far counts from the first millimetre.
+    """
     return 1.0 - share(opening_m - SHUT_M, FULLY_OPEN_M - SHUT_M)

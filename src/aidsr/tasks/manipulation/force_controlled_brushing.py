@@ -20,16 +20,16 @@ from aidsr.tasks.variation import Change, Variation, turn_words
 CENTER_M = (0.0, 0.25, 0.30)
 OFFSET_M, TILT_DEG = 0.015, 5.0
 WALL_M = 0.30
-"""Width and height of the wall."""
+"""Width and height of the wall [m]."""
 BAND_N = (0.3, 1.0)
-"""Strong enough to brush and too weak to scratch."""
+"""Range of the force [N]: strong enough to brush and too weak to scratch."""
 STEADY = 0.6
-"""Share of the time in contact in which the force has to be in the band."""
+"""Smallest share of the time in contact in which the force must be in the band."""
 STROKE_S = 0.1
-"""A cell is brushed when the force has been in the band on it for this long."""
+"""Time for which the force must be in the band on a cell to brush it [s]."""
 MAX_FORCE_N = 3.0
 NEAR_M = 0.2
-"""Scale on which coming to the wanted cell is worth something: cells lie up to 0.24 m apart."""
+"""Scale on which coming nearer to the wanted cell is rewarded [m]: cells are up to 0.24 m apart."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class ForceControlledBrushing(Task):
 
     cells_a_side: int = 5
     coverage: float = 0.7
-    """Share of the cells that has to be brushed."""
+    """Share of the cells that must be brushed."""
 
     @property
     def objective(self) -> str:
@@ -156,7 +156,7 @@ class ForceControlledBrushing(Task):
         return np.asarray(enough & (steady(state) >= STEADY) & is_gentle(state))
 
     def _robot_n(self, readings: Readings) -> FloatArray:
-        """Return the largest force of the whole robot on the wall in a control step, (n,) [N]."""
+        """Return the largest total force of the robot's contacts on the wall during a control step, (n,) [N]."""
         return readings.peak_contact_n("robot_contacts", together=True)
 
     def _force_n(self, readings: Readings) -> FloatArray:
@@ -165,7 +165,7 @@ class ForceControlledBrushing(Task):
 
 
 def in_band(force_n: FloatArray) -> BoolArray:
-    """Return whether forces are strong enough to brush and too weak to scratch."""
+    """Return whether forces are strong enough to brush and too weak to scratch, (n,)."""
     return (force_n >= BAND_N[0]) & (force_n <= BAND_N[1])
 
 
@@ -180,7 +180,7 @@ def in_order(state: TaskState) -> FloatArray:
 
 
 def done(state: TaskState, coverage: float) -> FloatArray:
-    """Return the share of the cells asked for that are brushed, in order, (n,)."""
+    """Return the share of the required cells that are brushed, counted in order, (n,)."""
     return share(in_order(state), coverage * brushed(state).shape[1])
 
 
@@ -190,7 +190,7 @@ def steady(state: TaskState) -> FloatArray:
 
 
 def cell_of(readings: Readings, point_m: FloatArray, a_side: int) -> NDArray[np.intp]:
-    """Return the number, in the order of brushing, of the cell that a world point lies on or beside, (n,)."""
+    """Return the index, in the order of brushing, of the cell nearest to a world point, (n,)."""
     from_middle = point_m - readings["wall_position"]
     right_m = np.einsum("nk,nk->n", from_middle, readings["wall_right"])
     down_m = -np.einsum("nk,nk->n", from_middle, readings["wall_up"])
@@ -199,7 +199,7 @@ def cell_of(readings: Readings, point_m: FloatArray, a_side: int) -> NDArray[np.
 
 
 def _cell_center_m(readings: Readings, number: NDArray[np.intp], a_side: int) -> FloatArray:
-    """Return the world positions of the middles of cells, (n, 3) [m]."""
+    """Return the world positions of the centres of cells, (n, 3) [m]."""
     row, place = number // a_side, number % a_side
     column = np.where(row % 2 == 0, place, a_side - 1 - place)
     right_m, down_m = ((index + 0.5) * WALL_M / a_side - WALL_M / 2 for index in (column, row))
@@ -208,10 +208,10 @@ def _cell_center_m(readings: Readings, number: NDArray[np.intp], a_side: int) ->
 
 
 def to_wanted_m(readings: Readings, state: TaskState, a_side: int) -> FloatArray:
-    """Return the way from the functional part to the first cell that is not brushed, (n, 3) [m]."""
+    """Return the vector from the functional part to the first cell that is not brushed, (n, 3) [m]."""
     return _cell_center_m(readings, np.argmin(brushed(state), axis=1), a_side) - readings["tip_position"]
 
 
 def _index(way_m: FloatArray, a_side: int) -> NDArray[np.intp]:
-    """Return the column or row at a distance from the middle."""
+    """Return the index of the column or row at a signed distance from the middle [m]."""
     return np.clip(np.floor((way_m / WALL_M + 0.5) * a_side), 0, a_side - 1).astype(np.intp)

@@ -1,1 +1,1 @@
-"""Tasks of reaching: the functional part gets to a place and does something there."""
+"""Reaching tasks: the functional part moves to a place and acts there."""

@@ -16,23 +16,23 @@ from aidsr.tasks.variation import Change, Variation, shift_words
 
 HEIGHT_M = 0.88
 DEPTH_M = 0.42
-"""How far below the mount the lid of the box lies at the start."""
+"""Depth of the box's lid below the mount at the start [m]."""
 FEED_M = 0.40
 FEED_M_S = 0.05
 SHELF_M = 0.17
-"""The second opening is that far below the first."""
+"""Depth of the second opening below the first [m]."""
 FAR_M = 0.13
-"""Inner half width of the box: where the openings end."""
+"""Inner half width of the box along its forward axis, where the openings end [m]."""
 HALF_DEPTH_M = 0.09
-"""Inner half width across."""
+"""Inner half width of the box in the other direction [m]."""
 PLATE_M = np.array([-0.07, 0.0, -0.246])
-"""Middle of the plate's top in the frame of the box."""
+"""Middle of the plate's top in the frame of the box [m]."""
 OFFSET_M = 0.01
 YAW_DEG = 15.0
 CONTACT_N = 0.5
 MAX_WALL_N = 20.0
 _PLATE_M = np.array([0.045, 0.075, 0.0])
-"""Half sizes of the part of it that is aimed at."""
+"""Half sizes of the part of the plate's top that progress leads to [m]."""
 _LIMITS_M = np.array([FAR_M, HALF_DEPTH_M])
 
 
@@ -154,7 +154,7 @@ class AroundCorners(Task):
         return np.asarray(through & (readings.mean_force_n("tip_force") >= CONTACT_N))
 
     def _next_m(self, tip_m: FloatArray) -> FloatArray:
-        """Return where the functional part has to go next, in the frame of the box, (n, 3) [m]."""
+        """Return the next place of the functional part on its way, in the frame of the box, (n, 3) [m]."""
         middle_m = (FAR_M + self.overlap_m) / 2
         above = np.clip(tip_m - PLATE_M, -_PLATE_M, _PLATE_M) + PLATE_M
         openings = np.array([[middle_m, 0.0, 0.0], [-middle_m, 0.0, -SHELF_M]])
@@ -163,17 +163,17 @@ class AroundCorners(Task):
 
 
 def openings_passed(tip_m: FloatArray) -> np.ndarray:
-    """Return how many openings the functional part has passed: 0, 1 or 2, (n,).
+    """Return the number of openings that the functional part has passed: 0, 1 or 2, (n,).
 
     Args:
-        tip_m: Its place in the frame of the box, (n, 3) [m].
+        tip_m: Position of the functional part in the frame of the box, (n, 3) [m].
     """
     inside = (np.abs(tip_m[:, :2]) < _LIMITS_M).all(axis=1)
     return np.where(inside, (tip_m[:, 2] < 0.0).astype(np.intp) + (tip_m[:, 2] < -SHELF_M), 0)
 
 
 def _in_box_m(readings: Readings) -> FloatArray:
-    """Return the functional part in the frame of the box, (n, 3) [m]."""
+    """Return the position of the functional part in the frame of the box, (n, 3) [m]."""
     point_m = readings["tip_position"] - readings["box_position"]
     axes = np.stack([readings["box_forward"], readings["box_left"]], axis=1)
     return np.concatenate([np.einsum("nk,njk->nj", point_m, axes), point_m[:, 2:]], axis=1)

@@ -16,18 +16,18 @@ from aidsr.tasks.variation import Change, Variation
 
 MOUNT_HEIGHT_M = 0.7
 DEPTH_M = 0.26
-"""How far below the mount the button's centre lies."""
+"""Depth of the button's centre below the mount [m]."""
 OFFSET_M = 0.115
-"""Its middle distance from the line straight down."""
+"""Mean distance of the button from the line straight down from the mount [m]."""
 OFFSET_FACTOR = (0.8, 1.2)
 AZIMUTH_DEG = 90.0
 TILT_DEG = 20.0
 STIFFNESS_N_M = 60.0
 PRESSED_M = 0.005
 OUT_M = 0.001
-"""A button that is pressed less than this is out."""
+"""Travel below which a button counts as released [m]."""
 SIGNAL_S = (0.5, 1.5)
-"""When the button is to be pressed. Our choice: what goes there at once has pressed before."""
+"""Range of the time of the signal [s]. Our choice: a robot that moves there at once has pressed before it."""
 MAX_FORCE_N = 20.0
 
 
@@ -63,7 +63,7 @@ class ButtonPushing(Task):
     hard: ClassVar = {"preload_n": 5.0}
 
     preload_n: float = 0.15
-    """Force that must be passed before the button moves [N]."""
+    """Force that must be exceeded before the button moves [N]."""
 
     @property
     def objective(self) -> str:

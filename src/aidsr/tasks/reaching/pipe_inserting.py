@@ -17,28 +17,28 @@ from aidsr.tasks.variation import Change, Variation, shift_words
 
 MOUTH_HEIGHT_M = 0.40
 MOUTH_DEPTH_M = 0.35
-"""How far below the mount the mouth lies: as far as the mount can move down."""
+"""Depth of the mouth below the mount [m]: as far as the mount can move down."""
 FEED_M_S = 0.05
 OFFSET_M = 0.02
 LENGTH_M = 0.30
-"""Length of the straight pipe."""
+"""Length of the straight pipe [m]."""
 JUNCTION_M = (0.13, 0.16)
-"""Depth at which the middle lines of pipe and branch cross."""
+"""Range of the depth below the mouth at which the middle lines of pipe and branch cross [m]."""
 BRANCH_DEG = (50.0, 80.0)
-"""Angle between the branch and straight down."""
+"""Range of the angle between the branch and straight down [deg]."""
 BRANCH_M = 0.16
-"""Length of the branch from that crossing."""
+"""Length of the branch from that crossing [m]."""
 INNER_M = 0.035
-"""Half the inner width of both."""
+"""Half the inner width of pipe and branch [m]."""
 THICKNESS_M = 0.008
-"""Our choice: a tip that is pressed hard sinks up to 3 mm into a wall, as soft contacts let it, and would come out of
-a thinner one on the wrong side."""
+"""Thickness of the walls [m]. Our choice: a tip that is pressed hard sinks up to 3 mm into a wall, because contacts are
+soft, and would come out on the other side of a thinner wall."""
 FRICTION = (0.2, 0.9)
 
 DEPTH_M = 0.10
-"""How deep in the branch the functional part has to be, from the crossing."""
+"""Required depth of the functional part in the branch, from the crossing [m]."""
 PASSED_M = 0.03
-"""Distance outside the branch at which a tenth of the way past the crossing counts, see `closeness`. Our choice."""
+"""Distance outside the branch at which a tenth of the way past the crossing counts [m]; see `closeness`. Our choice."""
 MAX_WALL_N = 20.0
 
 
@@ -78,7 +78,7 @@ class PipeInserting(Task):
     hard: ClassVar = {"wall_n": 2.0}
 
     wall_n: float = 5.0
-    """Force on the walls that may be passed only seldom [N]."""
+    """Force on the walls that may be exceeded only rarely [N]; see `SELDOM`."""
 
     @property
     def objective(self) -> str:
@@ -110,7 +110,7 @@ class PipeInserting(Task):
     @property
     def target(self) -> tuple[Mark, ...]:
         return (
-            # the wall's own axis goes out along the branch, and its middle is half way
+            # the wall's z axis points outwards along the branch, and its centre is half way along it
             Mark(
                 element="geom",
                 name="branch_left",
@@ -171,22 +171,22 @@ class PipeInserting(Task):
 
 @dataclass(frozen=True)
 class InPipe:
-    """Where points are in a pipe with a branch, each (n,) [m]."""
+    """Positions of points in a pipe with a branch, each (n,) [m]."""
 
     branch_m: FloatArray
     """Depth in the branch, from the crossing of the middle lines; negative before it."""
     beside_branch_m: FloatArray
-    """Distance from the branch's middle line, to the side that is farther."""
+    """Distance from the branch's middle line: the larger of the distances along the two sides of its cross-section."""
     beside_pipe_m: FloatArray
-    """Likewise from the pipe's."""
+    """Distance from the pipe's middle line, likewise."""
     way_m: FloatArray
-    """Depth in the pipe up to the crossing and in the branch from there; past the branch it falls again."""
+    """Depth in the pipe up to the crossing, plus depth in the branch; it decreases for points that miss the branch."""
     inside: BoolArray
-    """Below the mouth, and between the walls of the pipe or of the branch."""
+    """Whether the point is below the mouth, and between the walls of the pipe or of the branch."""
 
 
 def _tip(readings: Readings) -> InPipe:
-    """Return where the functional part is."""
+    """Return the position of the functional part in the pipe."""
     x, y, z = (readings["tip_position"] - readings["pipe_position"]).T
     side_rad, junction_m, branch_rad = (
         readings.parameters[name][:, 0] for name in ("side_rad", "junction_m", "branch_rad")
@@ -205,7 +205,7 @@ def branch_direction(readings: Readings) -> FloatArray:
 
 
 def in_pipe(point_m: FloatArray, junction_m: FloatArray, branch_rad: FloatArray) -> InPipe:
-    """Return where points are in a pipe.
+    """Return the positions of points in a pipe.
 
     Args:
         point_m: Points in the frame of the pipe (see `Wall`), (n, 3) [m].
@@ -227,7 +227,7 @@ def in_pipe(point_m: FloatArray, junction_m: FloatArray, branch_rad: FloatArray)
 
 @dataclass(frozen=True)
 class Wall:
-    """One flat wall, a box in the frame of the pipe: origin in the mouth, +z out of it, the branch towards +x."""
+    """One flat wall, a box in the frame of the pipe: origin in the mouth, +z out of it, branch towards +x."""
 
     half_size_m: tuple[float, float, float]
     position_m: tuple[float, float, float]
@@ -244,9 +244,9 @@ def pipe_walls(junction_m: float, branch_rad: float) -> dict[str, Wall]:
     inner, thick = INNER_M, THICKNESS_M
     out, wide = inner + thick / 2, inner + thick
     c, s = np.cos(branch_rad), np.sin(branch_rad)
-    # where the faces of the branch meet that of the pipe, along the branch and from the mouth
+    # where the faces of the branch meet that of the pipe: first along the branch, then (opens, closes) from the mouth
     above_m, below_m = inner * (1.0 - c) / s, inner * (1.0 + c) / s
-    below_m += thick / s  # from the outside of the pipe's wall, which ends level with it
+    below_m += thick / s  # it begins at the outside of the pipe's wall, which ends level with it
     opens_m, closes_m = (junction_m - inner * s + above_m * c, junction_m + inner * s + below_m * c)
     along, up = np.array([s, 0.0, -c]), np.array([c, 0.0, s])
     junction = np.array([0.0, 0.0, -junction_m])
@@ -275,7 +275,7 @@ def pipe_walls(junction_m: float, branch_rad: float) -> dict[str, Wall]:
 
 
 def pipe_changes(junction_m: float, branch_rad: float) -> tuple[Change, ...]:
-    """Return the changes that give the pipe of an environment another branch; see `pipe_walls`."""
+    """Return the changes that give the environment's pipe another branch; arguments as in `pipe_walls`."""
     return tuple(
         change
         for name, wall in pipe_walls(junction_m, branch_rad).items()

@@ -19,21 +19,21 @@ from aidsr.tasks.variation import Change, Variation
 MOUNT_HEIGHT_M = 0.7
 AXIS_HEIGHT_M = 0.65
 GAP_M, GAP_SPREAD_M = 0.13, 0.03
-"""From the line straight down to the surface's nearest side."""
+"""Distance from the line straight down to the surface's nearest side, and its largest variation [m]."""
 RADIUS_M = (0.08, 0.25)
 HALF_WIDTH_M = 0.12
 WAVE_M = 0.008
-"""Height of the waves, less than the gap that still counts as lying on the surface."""
+"""Height of the waves [m], less than the gap that still counts as lying on the surface."""
 RODS_DEG = np.arange(-80.0, 81.0, 20.0)
 ROD_M = 0.02
-"""Rods that make the waves: where they lie around the axis, and their radius."""
+"""Rods that form the waves: their angles around the axis [deg], and their radius [m]."""
 
 NEAR_LENGTHS = 0.03
-"""A part of the body lies on the surface when the gap is at most this share of the robot's length."""
+"""Largest gap at which a part of the body lies on the surface, as a share of the robot's length."""
 SPREAD_LENGTHS = 0.15
-"""The places at which the body touches must lie this share of its length apart, around the curve. Our choice: two
-neighbours of the 15 segments of a built-in arm are 7 % apart, and such arms that lie with 40 to 45 % of their length,
-found by search, touched over 17 %."""
+"""Smallest distance around the curve between the outermost contacts, as a share of the robot's length. Our choice: two
+neighbours of the 15 segments of a built-in arm are 7 % apart, and such arms that were found by search and lie on the
+surface with 40 to 45 % of their length touched over 17 %."""
 MAX_FORCE_N = 5.0
 
 
@@ -174,7 +174,7 @@ def _share_on_surface(readings: Readings) -> FloatArray:
 
 
 def spread_m(readings: Readings) -> FloatArray:
-    """Return how far apart around the curve the outermost places lie at which the surface is touched, (n,) [m]."""
+    """Return the distance around the curve between the outermost contacts on the surface, (n,) [m]."""
     contacts, back = readings.contacts("surface_contacts"), readings["surface_back"]
     from_axis = contacts.position_m - readings["surface_position"][:, None]
     behind = np.einsum("nsk,nk->ns", from_axis, back)
@@ -186,12 +186,13 @@ def spread_m(readings: Readings) -> FloatArray:
 
 
 def half_cylinder(place_m: tuple[float, float, float], radius_m: float, *, waves: bool) -> tuple[Change, ...]:
-    """Return the changes that put the surface somewhere, of some radius.
+    """Return the changes that place the surface and set its radius.
 
     Args:
-        place_m: The cylinder's axis, level along y; it faces x = 0, downwards at 45 degrees [m].
-        radius_m: Radius to the tops of its waves [m].
-        waves: Whether it has any.
+        place_m: Position of the cylinder's axis, which is parallel to y [m]; the round side faces x = 0, 45 degrees
+            downwards.
+        radius_m: Radius to the tops of the waves [m].
+        waves: Whether the surface has waves.
     """
     half = np.deg2rad(45.0) / 2
     turn = (np.cos(half), 0.0, -np.sin(half), 0.0) if place_m[0] > 0 else (0.0, np.sin(half), 0.0, np.cos(half))
@@ -210,7 +211,7 @@ def half_cylinder(place_m: tuple[float, float, float], radius_m: float, *, waves
 
 
 def gaps_m(readings: Readings) -> FloatArray:
-    """Return how far each ball of the robot's outline is from the surface, (n, p) [m]; 1 m where it is beside it."""
+    """Return the gap between each sphere of the robot's outline and the surface, (n, p) [m]; 1 beside or behind it."""
     outline, back = readings.body, readings["surface_back"]
     from_axis = outline.center_m - readings["surface_position"][:, None]
     behind = np.einsum("npk,nk->np", from_axis, back)
@@ -220,5 +221,5 @@ def gaps_m(readings: Readings) -> FloatArray:
 
 
 def _across(back: FloatArray) -> FloatArray:
-    """Return the direction around the curve where it looks at the robot, (n, 3)."""
+    """Return the tangent of the curve in the middle of its round side, (n, 3)."""
     return np.stack([-back[:, 2], np.zeros(len(back)), back[:, 0]], axis=-1)

@@ -9,16 +9,16 @@ from aidsr.runs import Run
 from aidsr.runs.files import JsonFile, replace_file
 
 _FILE = "search.json"
-"""Rewritten with each generation."""
+"""File of the record; rewritten with each generation."""
 
 
 class Generation(Artifact):
-    """Robots that a search tried at once, and their values of the objective."""
+    """Results of the robots that a search tried in one generation."""
 
     concept: int
     """Number of the concept."""
     generation: int
-    """0 is the rules' own robot, alone."""
+    """Number of the generation; 0 has only the robot of the rules."""
     of: int
     """Number of the last generation."""
     worths: tuple[float, ...]
@@ -30,7 +30,7 @@ class _Search(Artifact):
 
 
 def read_search(run: Run) -> tuple[Generation, ...]:
-    """Return the generations of a run's search so far, empty without a search."""
+    """Return the generations of a run's search so far; empty without a search."""
     found = JsonFile(run.path / _FILE, _Search).read()
     return found.generations if found else ()
 
@@ -42,7 +42,7 @@ def write_search(run: Run, generations: Sequence[Generation]) -> None:
 
 
 def format_search(generations: Sequence[Generation]) -> str:
-    """Return the progress of the search for the newest concept, empty before its first robot is measured."""
+    """Return the progress of the search for the newest concept in words; empty before its first robot is measured."""
     if not generations:
         return ""
     last = generations[-1]

@@ -1,7 +1,7 @@
-"""The human baseline: one robot for each benchmark task, designed by hand, with where it is mounted and why.
+"""The human baseline: one robot for each benchmark task, designed by hand, with its placement and its rationale.
 
 The robots started as output of the built-in families; their parameters were then chosen by hand for the one task.
-Nothing of them is sampled, repaired or searched.
+No part of them is sampled, repaired or searched.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _ROBOTS = files("aidsr.teams.baselines") / "robots"
 
 
 class Reference(Artifact):
-    """What a robot's MJCF does not contain: its entry in robots.toml."""
+    """Entry of a robot in robots.toml: what its MJCF does not contain."""
 
     name: str
     family: str
@@ -34,10 +34,10 @@ class Reference(Artifact):
 
 
 def read_reference(task: str) -> tuple[Reference, Robot]:
-    """Return the robot designed by hand for a benchmark task.
+    """Return the robot designed by hand for a benchmark task, with its entry in robots.toml.
 
     Raises:
-        UserError: It is not a task of the benchmark.
+        UserError: The task is not one of the benchmark.
     """
     name = task.rpartition("/")[2]
     table = tomllib.loads((_ROBOTS / "robots.toml").read_text(encoding="utf-8"))

@@ -1,9 +1,10 @@
 """The search baseline: CMA-ES over the parameters of a built-in family, with the probe as its objective.
 
-The shape (family, variant, how many limbs and segments) is that of the rules' concept of the same seed; every length,
-thickness, tension, stiffness and density is searched. So the difference to the built-in team is what search alone adds.
+The structure (family, variant, number of limbs and segments) is that of the rules' concept of the same seed; every
+length, thickness, tension, stiffness and density is searched. So the difference to the built-in team shows what search
+alone adds.
 
-Its budget is a number of robots. Each is validated and probed within a number of physics steps, so that a search takes
+The budget is a number of robots. Each is validated and probed within a number of physics steps, so that a search takes
 minutes and its result does not depend on the speed of the machine. An interrupted search resumes after its last
 complete generation.
 """
@@ -35,13 +36,15 @@ from aidsr.validation import validate
 _POPULATION = 8
 """Robots of a generation."""
 _INITIAL_STD = 0.15
-"""Standard deviation of the first generation, of the logarithm of each parameter. Our choice: 15 %."""
+"""Standard deviation of the logarithm of each parameter in the first generation. Our choice: 15 %."""
 _CANDIDATES = 32
-"""Motions the probe tries with one robot. Our choice: a quarter of its own; this only compares."""
+"""Number of motions that the probe tries with one robot. Our choice: a quarter of the probe's default, because the
+results are only compared."""
 _MAX_STEPS = 90_000
-"""Physics steps of the probe of one robot. Our choice: the whole of those motions for most bodies, seconds for each."""
+"""Maximum number of physics steps of the probe of one robot. Our choice: enough for all these motions of most bodies,
+and seconds for each."""
 _MAX_VALUE = 2.0
-"""Full progress and success: no robot has a larger value, and the search ends."""
+"""Value of full progress and success. No robot can have a larger value, so the search ends when it is reached."""
 _UNSTABLE = -1.0
 """Value of a robot that the validator rejects; each fault subtracts another 0.01, so that fewer faults are better."""
 
@@ -62,9 +65,9 @@ def team(
     Args:
         seed: Seed of the concepts, as for the rules, and of the search.
         level: Level of the task.
-        robots: Robots tried for each concept, in generations of eight, besides the rules' own.
+        robots: Number of robots tried for each concept, in generations of eight, besides the rules' own.
         known: Generations of the same search before it was interrupted.
-        on_generation: Called with every generation when it is measured.
+        on_generation: Function called with every generation when it has been measured.
     """
     before = {(each.concept, each.generation): each.worths for each in known}
     designer = SearchDesigner(seed, partial(probe_value, level=level), robots, before, on_generation)
@@ -76,11 +79,12 @@ class SearchDesigner:
     """A Designer that searches the parameters of each concept of the rules.
 
     Attributes:
-        seed: The same seed and brief give the same concepts.
-        objective: Returns the value of a concept; larger is better.
-        robots: Robots tried for each concept, a multiple of eight; fewer once one has the largest possible value.
+        seed: Seed; the same seed and brief give the same concepts.
+        objective: Function that returns the value of a concept; larger is better.
+        robots: Number of robots tried for each concept, a multiple of eight; fewer are tried if one reaches the largest
+            possible value.
         known: Values measured before, by concept and generation.
-        on_generation: Called with every generation when it is measured.
+        on_generation: Function called with every generation when it has been measured.
     """
 
     seed: int
@@ -109,7 +113,7 @@ class SearchDesigner:
         options = {
             "popsize": _POPULATION,
             "bounds": [list(space.low), list(space.high)],
-            "seed": np.nan,  # `randn` draws from our generator instead
+            "seed": np.nan,  # `randn` draws from `rng` instead
             "randn": lambda *shape: rng.standard_normal(shape),
             "verbose": -9,
         }
@@ -133,7 +137,7 @@ class SearchDesigner:
         return best.model_copy(update={"rationale": rationale})
 
     def _values(self, brief: Brief, concepts: Sequence[Concept], number: int, generation: int) -> tuple[float, ...]:
-        """Return the values of a generation, measured unless known."""
+        """Return the values of a generation; they are measured unless they are in `known`."""
         known = self.known.get((number, generation))
         if known is not None:
             return known
@@ -144,7 +148,7 @@ class SearchDesigner:
 
 
 def vary(brief: Brief, concept: Concept, rng: np.random.Generator) -> Concept:
-    """Return a concept of the rules with every number drawn anew, as the search draws its first generation."""
+    """Return a concept of the rules with every searchable parameter drawn anew, as in the search's first generation."""
     family = load_families()[concept.family]
     space = _Space.around(family.read(concept))
     point = rng.normal(0.0, _INITIAL_STD, len(space.names))

@@ -1,4 +1,4 @@
-"""The built-in team for a goal of one's own: the rules' families, chosen by what the probe measures, not by words."""
+"""The built-in team for a user's own goal: the rules' families, chosen by measurements of the probe, not by words."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Is a goal in an environment worth designing for: can it be met, and not by doing nothing or anything."""
+"""Check of a goal in an environment before anything is designed: it can be met, but not by rest or random actions."""
 
 from __future__ import annotations
 
@@ -37,58 +37,58 @@ from aidsr.teams.fitting.trial import Round
 from aidsr.teams.fitting.views import place_of_work
 
 EPISODES = 5
-"""Of each kind of blind action. Our choice: what wins by itself wins most of them."""
+"""Number of episodes with each kind of blind action. Our choice: what succeeds by itself succeeds in most of them."""
 _NOISE_S = 0.4
-"""How long a random action lasts. Our choice: long enough for a soft body to follow."""
+"""Duration of a random action [s]. Our choice: long enough for a soft body to follow."""
 _DRIFT = 0.1
-"""Share of what is asked from which it counts that a target moves by itself. Our choice."""
+"""Share of the required motion above which a target that moves by itself is reported. Our choice."""
 _CLOSE = 0.8
-"""Progress of random actions from which they are close to what is asked. Our choice."""
+"""Progress from which random actions count as close to the goal. Our choice."""
 _LIMITS = Limits(wall_s=1200.0, cpu_s=600.0)
 ROUNDS = (Round(6, 16, 120_000), Round(2, 64, 400_000))
-"""In which the reference is chosen. Our choice: a quarter of what a design takes."""
+"""Rounds of trials in which the reference robot is chosen. Our choice: a quarter of the effort for a design."""
 
 
 class Blind(Artifact):
-    """What actions win that see nothing."""
+    """Results of blind actions, which use no observation."""
 
     idle: int
-    """Episodes won by a body that does nothing."""
+    """Number of episodes won by a robot at rest."""
     noise: int
-    """By one that does anything."""
+    """Number of episodes won by random actions."""
     idle_progress: float
-    """Best progress of the one."""
+    """Best progress of the robot at rest."""
     noise_progress: float
-    """And of the other."""
+    """Best progress of random actions."""
     episodes: int
 
 
 class GoalCheck(Artifact):
-    """What there is to know of a goal in an environment before anything is designed."""
+    """Findings about a goal in an environment before anything is designed."""
 
     judging: dict[str, str]
-    """How it is judged, as the team is told."""
+    """How success is judged, in the words that the team gets, by title."""
     mounts: tuple[str, ...]
-    """Each mount in words: where it is, what moves it, how far the place of work is."""
+    """Each mount in words: its position, what moves it, how far away the place of work is."""
     alone: tuple[str, ...]
-    """What the environment does without a robot that a user should know, in sentences."""
+    """Sentences about what the environment does without a robot, as far as a user should know it."""
     drifts: tuple[str, ...]
-    """Of these, targets that go so far by themselves that it counts."""
+    """Targets that move by themselves by a relevant share of the required motion, in words."""
     reference: str
-    """The built-in body that was taken to try it with; empty where none could be placed."""
+    """Name of the built-in robot with which the goal was tried; empty if none could be placed."""
     blind: Blind | None
     probe: ProbeReport | None
-    """How far that body comes with open-loop motions."""
+    """Result of open-loop motions of that robot."""
     scene: str
-    """MJCF of that body in the environment, or the environment alone."""
+    """MJCF of that robot in the environment, or of the environment alone."""
     picture: bytes
-    """PNG of it."""
+    """PNG of the scene."""
     strip: bytes | None
-    """PNG of the probe's best motion."""
+    """PNG filmstrip of the probe's best motion."""
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """All of it in words, what is wrong last."""
+        """All findings in words, problems last."""
         said = [f"{title}: {words}" for title, words in self.judging.items()]
         said += [f"Mount: {mount}" for mount in self.mounts] or ['Mount: none; robots start at the origin, "world"']
         said += [f"Without a robot: {remark}" for remark in self.alone] or [
@@ -114,7 +114,7 @@ class GoalCheck(Artifact):
 
     @property
     def problems(self) -> tuple[str, ...]:
-        """What makes the goal no measure of a design, in sentences."""
+        """Reasons why the goal does not measure the quality of a design, in sentences."""
         found = []
         if not self.reference:
             found.append(
@@ -136,16 +136,16 @@ class GoalCheck(Artifact):
 def check_goal(
     environment: str | Path, goal: str | Path, *, seed: int = 0, listen: Callable[[str], None] = lambda _step: None
 ) -> GoalCheck:
-    """Look at a goal in an environment, and try it with a built-in body.
+    """Examine a goal in an environment, and try it with a built-in robot.
 
     Args:
-        environment: File of its MJCF.
+        environment: MJCF file of the environment.
         goal: File of the goal.
-        seed: Of the body and of random actions.
-        listen: Called with what is done next, in words.
+        seed: Seed of the robot's parameters and of the random actions.
+        listen: Function called with a text about the next step.
 
     Raises:
-        UserError: A file is not there or is none, or the goal cannot be met.
+        UserError: A file does not exist or cannot be read as what it should be, or the goal cannot be met.
         MjcfError: The environment cannot be loaded.
         IsolationError: A trial exceeded its limits.
     """
@@ -153,7 +153,7 @@ def check_goal(
 
 
 def check_task(task: GoalTask, *, seed: int = 0, listen: Callable[[str], None] = lambda _step: None) -> GoalCheck:
-    """Do the work of `check_goal` with a goal that has been read and looked up in its environment."""
+    """Do the work of `check_goal` for a goal that has been read and resolved in its environment."""
     asked, mjcf = task.goal, task.environment
     brief = Brief(
         objective=task.objective,
@@ -221,7 +221,7 @@ def _mounts(brief: Brief, task: GoalTask) -> list[str]:
 
 
 def _drifts(task: GoalTask) -> tuple[str, ...]:
-    """Return which targets move by themselves a part of the way that is asked, in words."""
+    """Return in words which targets move by themselves by more than `_DRIFT` of the required motion."""
     goal, found = task.goal, []
     for stage in goal.stages if isinstance(goal, Stages) else (goal,):
         ways = dict(stage.ways)
@@ -240,11 +240,11 @@ def _numbers(values: tuple[float, ...]) -> str:
 
 @isolated(limits=_LIMITS)
 def play_blind(scene: str, task: TravellingTask, groups: tuple[ActuatorGroup, ...], episodes: int, seed: int) -> Blind:
-    """Return what a body wins that does nothing, and one that does anything, in development variations.
+    """Return the results of a robot at rest and of random actions in development variations.
 
     Raises:
         MjcfError: The scene cannot be loaded.
-        IsolationError: It ran past its limits.
+        IsolationError: The episodes exceeded their limits of time or memory.
     """
     placed = TaskScene.of(scene, task, groups=groups)
     hold = max(1, round(_NOISE_S / placed.task.control_dt_s))

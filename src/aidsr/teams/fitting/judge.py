@@ -1,4 +1,4 @@
-"""The Judge for a goal of one's own: sound, and does any motion win."""
+"""The Judge for a user's own goal: it checks that a scene is sound and that some motion succeeds."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ from aidsr.teams.fitting.views import View, as_the_rules_read
 from aidsr.teams.rules.judge import RuleJudge
 
 REFUSED = "no motion of this body wins without learning"
-"""What the Judge says of a body that falls short of the goal."""
+"""Text of the Judge about a body that does not meet the goal."""
 UNTRIED = "this body could not be tried with its goal"
-"""What the Judge says where the trial took too long or crashed."""
+"""Text of the Judge if the trial took too long or crashed."""
 INSTEAD = "Name a language model, or bring a robot to start from."
-"""What helps where no built-in body does."""
+"""Advice for the user if no built-in body meets the goal."""
 _IDLE = 0.02
-"""Progress by doing nothing that is told of. Our choice: more than a body wavers by."""
+"""Progress of a robot at rest above which it is reported. Our choice: more than a body gains by swaying."""
 
 
 def task_of(goal: AnyGoal, brief: Brief) -> GoalTask:
-    """Return the task that a goal makes of the environment of a brief."""
+    """Return the task that a goal defines in the environment of a brief."""
     return goal_task(goal, brief.environment)
 
 
 @dataclass(frozen=True)
 class FittingJudge:
-    """The rules' Judge, who also asks how far the body comes."""
+    """The rules' Judge, with a trial that measures how much progress the body makes."""
 
     goal: AnyGoal
 
     def judge(self, brief: Brief, concept: Concept, robot: Robot, scene: Scene, report: ValidationReport) -> Critique:
-        """Return a pass for a sound scene in which a blind motion wins, else what is wrong, or why none does."""
+        """Return a pass for a sound scene in which an open-loop motion succeeds, else the issues, or why none does."""
         task, view = task_of(self.goal, brief), View.of(concept)
         read = as_the_rules_read(brief, task.goal, view)
         critique = RuleJudge().judge(read, concept, robot, scene, report)
-        # the rules measure the reach to the middle of what is worked on; how far it is the trial tells
+        # the rules measure the distance to the middle of the workpiece; the trial shows whether the body reaches it
         issues = tuple(issue for issue in critique.issues if issue.component not in ("reach", "offset"))
         if issues:
             return critique.model_copy(update={"issues": issues})
@@ -58,6 +58,6 @@ class FittingJudge:
 
 
 def _refusal(problem: str, progress: float | None = None) -> Critique:
-    """Return a critique that does not pass a body, after which the Designer takes the next best."""
+    """Return a critique that rejects a body; the Designer then takes the next best one."""
     issue = CritiqueIssue(blame="designer", component="family", problem=problem, suggestion=INSTEAD)
     return Critique(passed=False, summary=f"{problem[0].upper()}{problem[1:]}.", issues=(issue,), progress=progress)

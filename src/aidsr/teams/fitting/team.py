@@ -1,4 +1,7 @@
-"""The four roles for a goal of one's own. Goal and geometry say what is tried, the probe which of it is proposed."""
+"""The four roles for a user's own goal.
+
+Goal and geometry determine which bodies are tried; the results of the probe determine which of them are proposed.
+"""
 
 from __future__ import annotations
 
@@ -42,85 +45,87 @@ from aidsr.teams.rules.integrator import RuleIntegrator
 from aidsr.teams.rules.job import read_job
 
 ROUNDS = (Round(24, 16, 120_000), Round(5, 64, 400_000), Round(2, 192, 800_000))
-"""In which a body is chosen. Our choice: many bodies in many placements at a glance, few of them thoroughly; a minute
-of one core."""
+"""Rounds of trials in which a body is chosen. Our choice: many bodies in many placements briefly, few of them
+thoroughly; a minute on one core."""
 _BROUGHT = Round(1, 48, 300_000)
-"""For each placement of a robot that its user brought. Our choice: three seconds."""
+"""Round for each placement of a robot that the user provided. Our choice: three seconds."""
 _SIDE_BY_SIDE = 8
-"""Bodies whose placements are tried in turn. Our choice: more than there are families for a kind of job."""
+"""Number of bodies whose placements are tried alternately. Our choice: more than the families for a kind of job."""
 _ROOM = 2
-"""Fewer free placements of a body than this, and it is tried pointing farther beside. Our choice."""
+"""Number of placements without overlap below which a body is also tried pointing farther beside the place of work. Our
+choice."""
 _MORE = 2
-"""Bodies that are judged after the first where none wins. Our choice: each takes a whole probe."""
+"""Maximum number of bodies that are judged after the first one if none succeeds. Our choice: each takes one probe."""
 _BELOW = 0.98
-"""Tension of a body that was too strong, as a share of what the validator allows. Our choice: room for rounding."""
+"""Tension to which a too strong body is reduced, as a share of what the validator allows. Our choice: room for
+rounding."""
 _RANK, _COUNT = "view_rank", "view_count"
-"""In a concept's parameters: which of the bodies tried it is, and how many were proposed."""
+"""Parameters of a concept with its rank among the tried bodies, and with the number of concepts proposed."""
 
 
 @dataclass(frozen=True)
 class Fitted:
-    """A concept with how far its body came."""
+    """A concept with the trial result of its body."""
 
     concept: Concept
     fit: Fit
     number: int = 0
-    """Which of those tried, from 1 on; 0 where bodies are not counted."""
+    """Number of the body among those tried, from 1 on; 0 if bodies are not counted."""
 
 
 def fitting_team(goal: AnyGoal, seed: int) -> Team:
     """Return the built-in team for a goal.
 
     Args:
-        goal: As in its file.
-        seed: The same seed, brief and goal give the same designs.
+        goal: Goal as read from its file, not yet resolved in an environment.
+        seed: Seed; the same seed, brief and goal give the same designs.
     """
     return Team(FittingDesigner(goal, seed), FittingCoder(goal), FittingIntegrator(goal), FittingJudge(goal))
 
 
 def _with_rank(concept: Concept, rank: int, count: int) -> Concept:
-    """Return a concept that keeps which of those tried it is."""
+    """Return a concept with its rank among the tried bodies and the number of concepts in its parameters."""
     parameters = {**concept.parameters, _RANK: float(rank), _COUNT: float(count)}
     return concept.model_copy(update={"parameters": parameters})
 
 
 def _is_same_body(one: Concept, other: Concept) -> bool:
-    """Whether two concepts are of one body in one placement, whatever was said of it."""
+    """Whether two concepts have the same body in the same placement; texts and ranks may differ."""
     without = {_RANK: 0.0, _COUNT: 0.0}
     return (one.name, {**one.parameters, **without}) == (other.name, {**other.parameters, **without})
 
 
 def _within_tension(family: Family[P], parameters: P) -> P:
-    """Return parameters whose cables pull no harder than the validator allows, softer in step so that it bends as far.
+    """Return parameters with cable tensions that the validator allows; stiffness is reduced alike, so the bend stays.
 
-    Else a body could win its trial, be approved with a warning, and be refused as parts.
+    Otherwise a body could succeed in its trial and be approved with a warning, but be refused when parts are exported.
     """
     try:
         spare = spare_tension(family.write(parameters).mjcf)
     except (MjcfError, IsolationError):
-        return parameters  # it is not tried either, and the validator says what is wrong with it
+        return parameters  # such a body is not tried either, and the validator reports what is wrong with it
     return parameters if spare >= 1.0 else scaled(parameters, ("tension", "stiffness"), _BELOW * spare)
 
 
 @dataclass(frozen=True)
 class FittingDesigner:
-    """Tries bodies of all families that may do, and proposes those that come farthest."""
+    """A Designer that tries bodies of all suitable families, and proposes those with the best trial results."""
 
     goal: AnyGoal
     seed: int
     families: Families = field(default_factory=load_families)
     listen: Callable[[BodyTried], None] = lambda _body: None
-    """Called with each body tried."""
+    """Function called with each body that was tried."""
     _ranked: dict[tuple[str, int], tuple[Concept, ...]] = field(default_factory=dict, compare=False, repr=False)
-    """Of an environment and a number of concepts, all that were tried, those to propose first."""
+    """All concepts that were tried, those to propose first, by environment and number of concepts."""
     _ranking: threading.Lock = field(default_factory=threading.Lock, compare=False, repr=False)
 
     def telling(self, listen: Callable[[BodyTried], None]) -> FittingDesigner:
-        """Return the same Designer, who calls `listen` with each body tried."""
+        """Return the same Designer, which calls `listen` with each body that was tried."""
         return replace(self, listen=listen)
 
     def propose(self, brief: Brief, count: int) -> tuple[Concept, ...]:
-        """Return the `count` concepts that came farthest, of different families as far as those came near."""
+        """Return the `count` best concepts; they are of different families if those families make decisive progress."""
         if brief.starting_robot:
             return self._own_robot(brief, count)
         ranked = self._rank(brief, count)
@@ -131,8 +136,8 @@ class FittingDesigner:
 
         Args:
             brief: The job.
-            count: How many designs there are.
-            refused: A body that the Judge refused; it is told of as such where it is tried again.
+            count: Number of designs.
+            refused: A body that the Judge refused; it is reported as refused when it is tried again.
         """
         with self._ranking:
             key = brief.environment, count
@@ -156,13 +161,13 @@ class FittingDesigner:
     def tried(
         self, brief: Brief, rounds: Sequence[Round] = (), *, enough: int = 1, refused: Concept | None = None
     ) -> list[Fitted]:
-        """Return every body that was tried, with how far it came; none where each overlaps something.
+        """Return every body that was tried with its result; empty if each overlaps something.
 
         Args:
             brief: The job.
-            rounds: The best bodies of one go on to the next; `ROUNDS` unless given.
-            enough: Where so many succeed no more are tried.
-            refused: A body that the Judge refused before, to be told of as such.
+            rounds: Rounds of trials; the best bodies of a round go on to the next. `ROUNDS` if empty.
+            enough: Number of successful bodies after which no more are tried.
+            refused: A body that the Judge refused before; it is reported as refused.
         """
         task = task_of(self.goal, brief)
         first, *others = rounds or ROUNDS
@@ -194,13 +199,13 @@ class FittingDesigner:
         return found
 
     def _free(self, brief: Brief, task: GoalTask) -> Iterator[Concept]:
-        """Yield concepts in placements in which they overlap nothing: of some bodies one each, then a second each."""
+        """Yield concepts in placements without overlap: for each body of a group the first, then the second ones."""
         rng = self._rng(brief)
         blocked = self._blocked(brief, task.goal)
         every = candidates(brief, task.goal, self.families)
         room = True
         while room and (some := list(islice(every, _SIDE_BY_SIDE))):
-            room = False  # where none of so many fits, none will
+            room = False  # if no body of the group fits, no further one will
             placed = [
                 self._placed(brief, task, round_about(view) if view.mount in blocked else view, name, variant, rng)
                 for view, name, variant in some
@@ -213,7 +218,7 @@ class FittingDesigner:
     def _placed(
         self, brief: Brief, task: GoalTask, view: View, name: str, variant: str, rng: np.random.Generator
     ) -> Iterator[Concept]:
-        """Yield the concepts of one body in all placements in which it overlaps nothing."""
+        """Yield the concepts of one body in all placements without overlap."""
         free = 0
         for turned in (*turns_of(view), *aslant_of(view)):
             if turned.aslant_deg and free >= _ROOM:
@@ -224,7 +229,7 @@ class FittingDesigner:
                 yield concept
 
     def _blocked(self, brief: Brief, goal: Goal) -> set[int]:
-        """Return the mounts from which something is in the way to the place of work."""
+        """Return the indices of the mounts with an obstacle on the way to the place of work."""
         place = place_of_work(brief, goal)
         if place is None:
             return set()
@@ -237,7 +242,7 @@ class FittingDesigner:
         }
 
     def _untried(self, brief: Brief) -> Fitted:
-        """Return the first body, where none could be placed; the validator says what it overlaps."""
+        """Return the first body, for the case that none could be placed; the validator reports what it overlaps."""
         goal = task_of(self.goal, brief).goal
         view, name, variant = next(candidates(brief, goal, self.families))
         concept = self._concept(brief, goal, view, name, variant, self._rng(brief))
@@ -247,14 +252,14 @@ class FittingDesigner:
         return np.random.default_rng([self.seed, zlib.crc32(brief.environment.encode())])
 
     def _own_robot(self, brief: Brief, count: int) -> tuple[Concept, ...]:
-        """Return versions of the robot that its user brought, placed and scaled where it comes farthest."""
+        """Return versions of the robot that the user provided, with the placement and scale of the best trial."""
         task = task_of(self.goal, brief)
         versions = RuleDesigner(self.seed).propose(brief, count)
         robot = FittingCoder(self.goal, self.families).write(brief, versions[0])
         try:
             extent = measure(robot)
         except (MjcfError, IsolationError):
-            return versions  # the validator says what is wrong with it
+            return versions  # the validator reports what is wrong with the robot
         views = list(own_views(brief, task.goal, extent.low_m, extent.high_m))
         tried = [self._play(brief, task, with_view(versions[0], view), _BROUGHT) for view in views]
         found = [each for each in tried if each is not None]
@@ -271,7 +276,7 @@ class FittingDesigner:
         )
 
     def _scene(self, brief: Brief, task: GoalTask, concept: Concept) -> tuple[str, Robot] | None:
-        """Return the scene of a concept and its robot; None where it overlaps something or cannot be assembled."""
+        """Return the scene of a concept and its robot; None if it overlaps something or cannot be assembled."""
         robot = FittingCoder(self.goal, self.families).write(brief, concept)
         placement = FittingIntegrator(self.goal, self.families).place(brief, concept, robot)
         try:
@@ -281,7 +286,7 @@ class FittingDesigner:
             return None
 
     def _play(self, brief: Brief, task: GoalTask, concept: Concept, how: Round) -> Fitted | None:
-        """Return how far the body of a concept comes; None where it cannot be tried."""
+        """Return a concept with the trial result of its body; None if it cannot be tried."""
         if (placed := self._scene(brief, task, concept)) is None:
             return None
         scene, robot = placed
@@ -307,10 +312,10 @@ class FittingDesigner:
         return chosen.concept.model_copy(update={"rationale": f"{chosen.concept.rationale} {words}".strip()})
 
     def revise(self, brief: Brief, concept: Concept, robot: Robot | None, feedback: str) -> Concept:
-        """Return the next best body where no motion of this one wins, else the concept changed as the rules understand.
+        """Return the next best body if this one was refused or not tried, else the concept changed by the feedback.
 
         Raises:
-            NoBetterDesignError: No other body that was tried is left.
+            NoBetterDesignError: No other tried body is left, or enough of them were judged.
         """
         if REFUSED in feedback or UNTRIED in feedback:
             return self._next(brief, concept, feedback)
@@ -320,13 +325,13 @@ class FittingDesigner:
         kept = {name: value for name, value in concept.parameters.items() if name in (_RANK, _COUNT)}
         return with_view(revised, view).model_copy(
             update={
-                "interpretation": concept.interpretation,  # the rules read it from words, which the goal has none of
+                "interpretation": concept.interpretation,  # the rules derive it from words, which a goal does not have
                 "parameters": {**revised.parameters, **view.parameters, **kept},
             }
         )
 
     def _next(self, brief: Brief, concept: Concept, feedback: str) -> Concept:
-        """Return the body that comes next after one that the Judge refused."""
+        """Return the body that ranks next for this design after one that the Judge refused."""
         rank, count = (int(concept.parameters.get(name, 0.0)) for name in (_RANK, _COUNT))
         problem = feedback.partition(": ")[2] or feedback
         ranked = self._rank(brief, count, concept) if count else ()
@@ -344,11 +349,11 @@ class FittingDesigner:
 
 @dataclass(frozen=True)
 class FittingCoder:
-    """The rules' Coder, which knows nothing of views."""
+    """The rules' Coder, which gets concepts without the parameters of their views."""
 
     goal: AnyGoal
     families: Families = field(default_factory=load_families)
-    """It can write robots of these."""
+    """Families whose robots it can write."""
 
     def write(self, brief: Brief, concept: Concept) -> Robot:
         """Return the robot of a concept."""
@@ -361,14 +366,14 @@ class FittingCoder:
 
 @dataclass(frozen=True)
 class FittingIntegrator:
-    """The rules' Integrator, to whom the mount is turned towards the place of work."""
+    """The rules' Integrator, which gets a brief with the mount turned towards the place of work."""
 
     goal: AnyGoal
     families: Families = field(default_factory=load_families)
-    """Their records say how their robots are turned on a mount."""
+    """Families; their records define how their robots are rotated on a mount."""
 
     def place(self, brief: Brief, concept: Concept, robot: Robot) -> Placement:
-        """Return a placement."""
+        """Return the placement of a robot in the environment."""
         goal, view = task_of(self.goal, brief).goal, View.of(concept)
         read = as_the_rules_read(brief, goal, view)
         return as_placed(brief, goal, view, RuleIntegrator(self.families).place(read, without_view(concept), robot))

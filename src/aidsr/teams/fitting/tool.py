@@ -1,4 +1,7 @@
-"""The tool `check`, for whoever says what the job is; it stands here because it tries built-in bodies."""
+"""The tool `check`, for users who define a task; it is in this package because it tries built-in robots.
+
+The docstring of `check` is sent to models as the description of the tool.
+"""
 
 from __future__ import annotations
 

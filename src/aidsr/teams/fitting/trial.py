@@ -1,4 +1,4 @@
-"""How far a body comes with a goal, without learning: quickly to choose among many, thoroughly to judge one."""
+"""Trial of a body with open-loop motions, without learning: briefly to choose among many, thoroughly to judge one."""
 
 from __future__ import annotations
 
@@ -27,64 +27,65 @@ from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
 from aidsr.validation.rules.winches import most_tension_n
 
 _CLEAR_M = 0.02
-"""What a limb needs to either side. Our choice: as thick as the thickest of the built-in families, and some room."""
+"""Free distance that a limb needs on each side [m]. Our choice: the thickness of the thickest built-in family, and some
+room."""
 _ALIKE = 2
-"""Digits of what bodies are compared by that count. Our choice: less is chance of the search."""
+"""Number of decimals of `Fit.value` by which bodies are sorted. Our choice: smaller differences are due to chance."""
 _LIMITS = Limits(wall_s=600.0, cpu_s=200.0)
-"""Our choice: many times what the largest built-in body takes, and room for a busy machine."""
+"""Time limits of a trial. Our choice: many times what the largest built-in body takes, and room for a busy machine."""
 
 
 @dataclass(frozen=True)
 class Round:
-    """One round in which bodies are tried; the best go on to the next."""
+    """One round of trials; the best bodies go on to the next."""
 
     bodies: int
-    """How many are tried at most."""
+    """Maximum number of bodies."""
     candidates: int
-    """Motions tried with each."""
+    """Number of motions tried with each body."""
     max_steps: int
-    """Physics steps for them."""
+    """Maximum number of physics steps for the motions of one body."""
 
 
 class Fit(Artifact):
-    """How far a body comes."""
+    """Trial result of a body."""
 
     progress: float
-    """The best of all motions, 0 to 1."""
+    """Best progress of all motions, 0 to 1."""
     kept: float = 0.0
-    """What that motion has left of it at the end."""
+    """Progress of that motion at the end of its episode."""
     success: bool
     """Whether some motion succeeds."""
     reached: str
-    """The same in words."""
+    """The best result in words."""
     why: str = ""
-    """Why none succeeds, where that was asked for."""
+    """Why no motion succeeds; empty unless it was requested."""
     idle: float = 0.0
-    """Progress that doing nothing comes to in the same variation, where that was asked for."""
+    """Progress of a body at rest in the same variation; 0 unless it was requested."""
     winches: int = 0
-    """Actuators of the body."""
+    """Number of actuators of the body."""
     won: int = 0
-    """Variations in which some motion succeeds."""
+    """Number of variations in which some motion succeeds."""
     variations: int = 1
-    """Variations that were tried."""
+    """Number of variations that were tried."""
 
     @property
     def value(self) -> float:
-        """What bodies are compared by."""
+        """Value by which bodies are compared; larger is better."""
         return (self.progress + self.kept) / 2 + self.success
 
     @property
     def rank(self) -> tuple[float, int]:
-        """What bodies are sorted by, the best first; of those that come equally far, the one with fewer winches."""
+        """Key by which bodies are sorted, the best first; of equally good ones, the one with fewer winches first."""
         return -round(self.value, _ALIKE), self.winches
 
 
 @isolated
 def spare_tension(mjcf: str) -> float:
-    """Return the tension that the validator allows a robot, as a share of the most that its winches pull with.
+    """Return the tension that the validator allows a robot, relative to the maximum tension of its winches.
 
     Args:
-        mjcf: A robot whose tendons have limits of force.
+        mjcf: MJCF of a robot whose tendon actuators have limits of force.
 
     Raises:
         MjcfError: The robot cannot be loaded.
@@ -100,7 +101,7 @@ def spare_tension(mjcf: str) -> float:
 
 @isolated
 def overlaps(scene: str) -> bool:
-    """Whether a robot is inside of what surrounds it, more than the validator allows.
+    """Whether the robot in a scene overlaps its surroundings at the start more than the validator allows.
 
     Raises:
         MjcfError: The scene cannot be loaded.
@@ -122,13 +123,13 @@ def overlaps(scene: str) -> bool:
 
 @isolated
 def is_in_the_way(environment: str, start_m: Vec3, end_m: Vec3, worked_on: tuple[str, ...]) -> bool:
-    """Whether something stands between two points, or close beside the line between them.
+    """Whether an obstacle is between two points, or close beside the line between them.
 
     Args:
-        environment: Its MJCF.
-        start_m: From where, such as a mount [m].
-        end_m: Where to, such as the place of work [m].
-        worked_on: Bodies that do not count, with all that is fixed to them or carried by them.
+        environment: MJCF of the environment.
+        start_m: First point, such as a mount [m].
+        end_m: Second point, such as the place of work [m].
+        worked_on: Names of bodies that do not count as obstacles, nor do other bodies of the same kinematic trees.
 
     Raises:
         MjcfError: The environment cannot be loaded.
@@ -171,16 +172,16 @@ def fit(
     *,
     explain: bool = False,
 ) -> Fit:
-    """Return how far a body comes, measured in an isolated process.
+    """Return the trial result of a body, measured in an isolated process.
 
     Args:
-        scene: MJCF.
-        task: Of the goal.
-        groups: Actuators that act together.
-        candidates: Motions tried for each variation.
-        variations: How many development variations.
-        max_steps: Physics steps of all simulations together.
-        explain: Say why, where no motion succeeds.
+        scene: MJCF of the body in its environment.
+        task: Task of the goal.
+        groups: Groups of actuators that act together.
+        candidates: Number of motions tried for each variation.
+        variations: Number of development variations.
+        max_steps: Maximum number of physics steps of all simulations together.
+        explain: Whether to find out why, if no motion succeeds.
 
     Raises:
         MjcfError: The scene cannot be loaded.
@@ -205,13 +206,13 @@ def fit(
 
 
 def _idle(scene: TaskScene, variation: int) -> float:
-    """Return the progress that a body comes to that does nothing."""
+    """Return the progress of a body at rest."""
     episodes = Episodes(scene.model, scene.task, scene.actions, [scene.task.variation("development", variation)])
     return float(rollout(episodes, Constant(scene.actions.rest)).best_progress[0])
 
 
 def _why(scene: TaskScene, best: ProbedVariation) -> str:
-    """Return what keeps the best motion from success, in a clause."""
+    """Return a clause that says why the best motion does not succeed."""
     task = scene.task
     policy = OpenLoopPolicy(Motions.of([best.motion]), task.control_dt_s)
     variation = task.variation("development", best.episode.variation)

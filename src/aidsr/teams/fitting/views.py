@@ -1,7 +1,7 @@
-"""Ways to read a goal: what kind of job it may be, from which mount, pointing where.
+"""Ways to read a goal: as which kind of job, from which mount, and pointing in which direction.
 
-The rules read a brief by its words and see one target. A view is a brief that says to them what the goal and the
-geometry say: one kind of job, one mount, perhaps turned towards the place of work, and that place as all that is named.
+The rules read a brief by its words and see one target. A view turns a goal and the geometry into such a brief: it has
+one kind of job, one mount, which may be turned towards the place of work, and this place as the only named body.
 """
 
 from __future__ import annotations
@@ -30,24 +30,26 @@ _WORDS: dict[JobKindName, str] = {
     "crawl": "crawl",
     "squeeze": "tunnel",
 }
-"""The word by which the rules know each kind of job that is tried."""
+"""Kinds of job that are tried, with the word by which the rules recognize each."""
 _KINDS = tuple(_WORDS)
 _NAME = "workpiece"
-"""What the place of work is called in a view. It speaks for no kind of job."""
+"""Name of the place of work in a view. It contains no word of any kind of job."""
 _PREFIX = "view_"
-"""Of the parameters in which a concept keeps its view."""
+"""Prefix of the parameters in which a concept keeps its view."""
 _ASIDE_DEG = (0.0, 90.0, 180.0, 270.0)
-"""Turns about the way to the place of work. Our choice: one suits a body that leans aside, or bends in a plane."""
+"""Rotations about the direction to the place of work [deg]. Our choice: one of them suits a body that leans aside, or
+bends in a plane."""
 _BESIDE_DEG = 25.0
-"""How far a body that pulls points beside the place of work. Our choice: as the rules lean an arm that reaches."""
+"""Angle by which a body that pulls points beside the place of work [deg]. Our choice: the angle by which the rules lean
+an arm that reaches."""
 _ASLANT_DEG = 50.0
-"""The same where most of these begin inside of something. Our choice: twice as far."""
+"""The same angle if most placements with the usual one overlap something [deg]. Our choice: twice as much."""
 _ROUND_ABOUT = 1.25
-"""Length of a body that has to get round something, as a share of what the straight way asks for. Our choice: the two
-sides of a triangle whose top is a third of its base high."""
+"""Length of a body that has to get around an obstacle, relative to the length for the straight way. Our choice: the two
+sides of a triangle whose height is a third of its base."""
 _LONGER = 1.05
-"""Length of a robot that is brought, after scaling, as a share of the way to the place of work. Our choice: as arms of
-the rules have it."""
+"""Length of a robot provided by the user after scaling, relative to the distance to the place of work. Our choice: as
+for arms of the rules."""
 _ALONG_Z = 4
 """Index in `_TO_Z` of a robot that needs no rotation."""
 _TO_Z: tuple[Vec3, ...] = (
@@ -58,9 +60,10 @@ _TO_Z: tuple[Vec3, ...] = (
     (0.0, 0.0, 0.0),
     (180.0, 0.0, 0.0),
 )
-"""Rotations that bring -x, +x, -y, +y, +z and -z of a robot to the mount's z axis, as in a `Placement`."""
+"""Rotations that turn -x, +x, -y, +y, +z and -z of a robot to the mount's z axis, as in a `Placement` [deg]."""
 _FLAT = 1e-9
-"""Cosine of an angle that is a quarter turn. Our choice: well above rounding, far below what a placement keeps."""
+"""Cosine below which an angle counts as a quarter turn. Our choice: well above rounding errors, far below the precision
+of a placement."""
 
 
 @dataclass(frozen=True)
@@ -69,21 +72,22 @@ class View:
 
     kind: JobKindName
     mount: int = -1
-    """Which of the environment's mounts; -1 for the world."""
+    """Index of the environment's mount; -1 for the world."""
     turn_deg: float | None = None
-    """None: along the mount's axis. Else along the way to the place of work, turned by so much about it."""
+    """None if the robot points along the mount's axis. Otherwise it points to the place of work, rotated about this
+    direction by this angle [deg]."""
     aslant_deg: float = 0.0
-    """How far beside the place of work it points; 0: as is usual for the kind."""
+    """Angle by which the robot points beside the place of work [deg]; 0 for the usual angle of the kind of job."""
     longer: float = 1.0
-    """Length as a share of what the straight way asks for."""
+    """Length relative to the length for the straight way."""
     scale: float = 1.0
-    """Of a robot that its user brought."""
+    """Scale of a robot that the user provided."""
     axis: int = _ALONG_Z
-    """Which way that robot extends in its own frame: 0 to 5 for -x, +x, -y, +y, +z, -z."""
+    """Direction in which that robot extends in its own frame: 0 to 5 for -x, +x, -y, +y, +z, -z."""
 
     @property
     def parameters(self) -> dict[str, float]:
-        """What a concept keeps of it."""
+        """The parameters in which a concept keeps the view."""
         turn = {} if self.turn_deg is None else {f"{_PREFIX}turn_deg": self.turn_deg}
         numbers = {
             "kind": _KINDS.index(self.kind),
@@ -97,7 +101,7 @@ class View:
 
     @classmethod
     def of(cls, concept: Concept) -> View:
-        """Return the view of a concept; one that has none is of the first kind, along the first mount."""
+        """Return the view of a concept; without its parameters, the view has the first kind of job and the world."""
         found = concept.parameters
         kind = _KINDS[int(found.get(f"{_PREFIX}kind", 0.0))]
         return cls(
@@ -112,18 +116,18 @@ class View:
 
 
 def without_view(concept: Concept) -> Concept:
-    """Return a concept as the rules know it."""
+    """Return a concept without the parameters of its view, as the rules expect it."""
     own = {name: value for name, value in concept.parameters.items() if not name.startswith(_PREFIX)}
     return concept.model_copy(update={"parameters": own})
 
 
 def with_view(concept: Concept, view: View) -> Concept:
-    """Return a concept that keeps its view."""
+    """Return a concept with the parameters of a view."""
     return concept.model_copy(update={"parameters": {**concept.parameters, **view.parameters}})
 
 
 def kinds_of(goal: Goal) -> tuple[JobKindName, ...]:
-    """Return the kinds of job that a goal may be, by which contact it needs."""
+    """Return the kinds of job that a goal may be: by whether the robot travels, and whether bodies are to be moved."""
     if goal.robot_travels:
         return ("crawl", "squeeze")
     if goal.moves_bodies:
@@ -148,30 +152,32 @@ def candidates(brief: Brief, goal: Goal, families: Families) -> Iterator[tuple[V
 
 
 def turns_of(view: View) -> tuple[View, ...]:
-    """Return a view along the mount's axis, and those along the way to the place of work."""
+    """Return the view along the mount's axis, and those towards the place of work; without a mount only the view."""
     if view.mount < 0:
         return (view,)
     return (view, *(replace(view, turn_deg=turn) for turn in _ASIDE_DEG))
 
 
 def aslant_of(view: View) -> tuple[View, ...]:
-    """Return views that point farther beside the place of work, for where little room is before it."""
+    """Return views that point farther beside the place of work, for the case that there is little room before it."""
     return tuple(replace(each, aslant_deg=_ASLANT_DEG) for each in turns_of(view) if each.turn_deg is not None)
 
 
 def round_about(view: View) -> View:
-    """Return a view of a body that is long enough to get round something."""
+    """Return a view of a body that is long enough to get around an obstacle."""
     return replace(view, longer=_ROUND_ABOUT)
 
 
 def own_views(brief: Brief, goal: Goal, low_m: Vec3, high_m: Vec3) -> Iterator[View]:
-    """Yield views of a robot that its user brought: as it is and scaled to the way, from each mount, along either way.
+    """Yield views of a robot that the user provided: with and without scaling, from each mount, in all directions.
+
+    It is scaled to the distance of the place of work. The directions are those of `turns_of`.
 
     Args:
         brief: The job.
-        goal: Resolved.
+        goal: Goal resolved in its environment.
         low_m: Lower corner of the box around the robot, in its own frame [m].
-        high_m: Upper corner [m].
+        high_m: Upper corner of this box [m].
     """
     ends = [-low_m[0], high_m[0], -low_m[1], high_m[1], high_m[2], -low_m[2]]
     axis = int(np.argmax(ends))
@@ -183,12 +189,12 @@ def own_views(brief: Brief, goal: Goal, low_m: Vec3, high_m: Vec3) -> Iterator[V
         way_m = float(np.linalg.norm(np.array(place) - np.array(mount.position_m)))
         wanted = round(float(np.clip(_LONGER * way_m / max(ends[axis], 1e-6), 0.5, 2.0)), 3)
         for scale in dict.fromkeys((1.0, wanted)):
-            # beside the place of work: straight at it, so long a robot would begin inside of it
+            # "pull" points beside the place of work: pointing straight at it, so long a robot would overlap it
             yield from turns_of(View("pull", index, scale=scale, axis=axis))
 
 
 def as_the_rules_read(brief: Brief, goal: Goal, view: View) -> Brief:
-    """Return the brief of a view."""
+    """Return the brief of a view, by which the rules read the goal."""
     place = _farther(_place_of_work(brief, goal, handle=view.kind == "pull"), brief, view)
     mounts: tuple[MountSummary, ...] = ()
     if view.mount >= 0:
@@ -215,7 +221,7 @@ def as_the_rules_read(brief: Brief, goal: Goal, view: View) -> Brief:
 
 
 def as_placed(brief: Brief, goal: Goal, view: View, placement: Placement) -> Placement:
-    """Return a placement made for a view as it is in the environment."""
+    """Return a placement made for a view, converted to the environment."""
     update: dict[str, object] = {
         "intended_contacts": goal.bodies or _kept(brief, placement.intended_contacts),
         "scale": view.scale,
@@ -230,7 +236,7 @@ def as_placed(brief: Brief, goal: Goal, view: View, placement: Placement) -> Pla
 
 
 def as_viewed(brief: Brief, goal: Goal, view: View, placement: Placement) -> Placement:
-    """Return a placement in the environment as a view has it; the inverse of `as_placed`."""
+    """Return a placement in the environment, converted to a view; the inverse of `as_placed`."""
     if view.turn_deg is None and view.axis == _ALONG_Z:
         return placement
     back = _rotation(brief, goal, view).T
@@ -244,7 +250,7 @@ def as_viewed(brief: Brief, goal: Goal, view: View, placement: Placement) -> Pla
 
 
 def place_of_work(brief: Brief, goal: Goal) -> Vec3 | None:
-    """Return where a goal is worked at first [m]; None where the robot only travels."""
+    """Return the position at which a goal is worked at first [m]; None if the robot only travels."""
     place = _place_of_work(brief, goal, handle=False)
     return None if place is None else place.position_m
 
@@ -255,7 +261,7 @@ def _kept(brief: Brief, names: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _farther(place: BodySummary | None, brief: Brief, view: View) -> BodySummary | None:
-    """Return the place of work as far away as the length that a view asks for."""
+    """Return the place of work, moved away from the mount by the relative length of a view."""
     if place is None or view.mount < 0 or view.longer == 1.0:
         return place
     start = np.array(brief.summary.mounts[view.mount].position_m)
@@ -267,7 +273,7 @@ def _farther(place: BodySummary | None, brief: Brief, view: View) -> BodySummary
 
 
 def _place_of_work(brief: Brief, goal: Goal, *, handle: bool) -> BodySummary | None:
-    """Return what is worked on first, as a body by itself; None where the robot only travels."""
+    """Return the shape that is worked on first, as a separate body; None if the robot only travels."""
     first = goal.stages[0] if isinstance(goal, Stages) else goal
     if first.robot_travels:
         return None
@@ -287,7 +293,7 @@ def _place_of_work(brief: Brief, goal: Goal, *, handle: bool) -> BodySummary | N
 
 
 def _rotation(brief: Brief, goal: Goal, view: View) -> Matrix:
-    """Return how a view turns its mount, in the mount's own frame, (3, 3)."""
+    """Return the rotation matrix by which a view turns its mount, in the mount's own frame, (3, 3)."""
     place = _place_of_work(brief, goal, handle=False)
     if view.turn_deg is None or place is None:
         return np.eye(3)
@@ -296,7 +302,7 @@ def _rotation(brief: Brief, goal: Goal, view: View) -> Matrix:
     way = frame.T @ (np.array(place.position_m) - np.array(mount.position_m))
     way /= max(float(np.linalg.norm(way)), 1e-9)
     lean = _matrix((math.degrees(math.atan2(-way[1], way[2])), math.degrees(math.asin(np.clip(way[0], -1, 1))), 0.0))
-    # the rules lean a body that reaches themselves; one that pulls would grow into what it is to hook
+    # a body that reaches is leaned by the rules; without a lean, one that pulls would grow into what it has to hook
     tilt_deg = view.aslant_deg or (_BESIDE_DEG if view.kind == "pull" else 0.0)
     return np.asarray(lean @ _matrix((0.0, 0.0, view.turn_deg)) @ _matrix((0.0, tilt_deg, 0.0)))
 
@@ -317,7 +323,7 @@ def _vector(values: Matrix) -> Vec3:
 
 
 def _matrix(angles_deg: tuple[float, float, float]) -> Matrix:
-    """Return the rotation of a `Placement`: about x, then the new y, then the new z."""
+    """Return the rotation matrix of a `Placement`, (3, 3): about x, then the new y, then the new z."""
     a, b, c = np.deg2rad(angles_deg)
     about_x = np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]])
     about_y = np.array([[np.cos(b), 0, np.sin(b)], [0, 1, 0], [-np.sin(b), 0, np.cos(b)]])
@@ -326,10 +332,10 @@ def _matrix(angles_deg: tuple[float, float, float]) -> Matrix:
 
 
 def _angles_deg(turn: Matrix) -> Vec3:
-    """Return the rotation of a `Placement` that a matrix is."""
+    """Return a rotation matrix as the angles of a `Placement` [deg]."""
     flat = math.hypot(turn[0, 0], turn[0, 1])
     b = math.atan2(float(turn[0, 2]), flat)
-    if flat < _FLAT:  # a quarter turn about y: turns about x and z are one, and nothing but rounding tells them apart
+    if flat < _FLAT:  # a quarter turn about y (gimbal lock): rotations about x and z cannot be told apart
         a, c = 0.0, math.atan2(float(turn[1, 0]), float(turn[1, 1]))
     else:
         a = math.atan2(-float(turn[1, 2]), float(turn[2, 2]))

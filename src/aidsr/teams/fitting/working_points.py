@@ -1,4 +1,4 @@
-"""Where a goal is worked at: of what is alike on several sides, the side that a robot comes to first."""
+"""The place at which a goal is worked at: of several equal sides of a target, the side that a robot reaches first."""
 
 from __future__ import annotations
 
@@ -19,20 +19,21 @@ from aidsr.teams.fitting.trial import is_in_the_way
 Matrix = NDArray[np.float64]
 
 _POINT_M = 0.01
-"""Half size of a point to be reached. Our choice: a finger's tip."""
+"""Half size of a point to be reached [m]. Our choice: a fingertip."""
 _LONG_ARM = 0.9
-"""Share of the longest arm about a hinge that is as good. Our choice."""
+"""Share of the longest lever arm about a hinge from which an arm counts as equally good. Our choice."""
 _INWARD = 0.2
-"""Share of the way back to the axis at which an end is pushed: a push there has a long arm and does not slip off. Our
-choice."""
+"""Distance of the pushed point from an end towards the axis, as a share of the lever arm: a push there has a long arm
+and does not slip off. Our choice."""
 _ALIKE = 0.02
-"""Lengths of a shape that differ by this share are the same, so that it is round about the third. Our choice."""
+"""Relative difference up to which lengths of a shape count as equal, so that it is round about the third axis. Our
+choice."""
 _MOST_ASKED = 12
-"""Points at most for which is asked whether something is in the way; the nearest come first. Our choice."""
+"""Maximum number of points for which obstacles are searched, the nearest first. Our choice."""
 
 
 def worked_on(brief: Brief, goal: Goal) -> set[str]:
-    """Return the bodies that a goal is about, with what they carry."""
+    """Return the names of the bodies that a goal is about, and of all bodies that they carry."""
     found = {name for name in goal.bodies if any(body.name == name for body in brief.summary.bodies)}
     for body in brief.summary.bodies:  # parents come first
         found |= {body.name} if body.parent in found and body.name else set()
@@ -40,14 +41,14 @@ def worked_on(brief: Brief, goal: Goal) -> set[str]:
 
 
 def working_geom(brief: Brief, goal: Goal) -> GeomSummary:
-    """Return the shape to work at, or a point.
+    """Return the shape to work at, or a point as a small sphere.
 
-    Of what turns it is an end far from the hinge, else a shape of the target; of several that do, the nearest to a
-    mount before which nothing stands.
+    To turn something, it is a point near an end far from the hinge, else a shape of the target. Of several possible
+    ones it is the one nearest to a mount without an obstacle in between.
 
     Args:
         brief: The job.
-        goal: Resolved; a single one, not stages.
+        goal: Goal resolved in its environment; a single one, not stages.
     """
     assert not isinstance(goal, Stages), "each stage has a place of its own"
     if isinstance(goal, Follow) and not goal.target:
@@ -70,7 +71,7 @@ def working_geom(brief: Brief, goal: Goal) -> GeomSummary:
 
 
 def _far_ends(geoms: list[GeomSummary], joint: JointFacts) -> list[tuple[GeomSummary, Matrix]]:
-    """Return where shapes are pushed to turn a hinge: their ends with a long arm, a little towards the axis."""
+    """Return the points at which shapes are pushed to turn a hinge: ends with a long arm, moved towards the axis."""
     anchor, axis = np.array(joint.anchor_m), np.array(joint.axis)
     ends = [(geom, end) for geom in geoms for end in _ends(geom, axis)]
     feet = [anchor + ((end - anchor) @ axis) * axis for _, end in ends]
@@ -83,10 +84,10 @@ def _far_ends(geoms: list[GeomSummary], joint: JointFacts) -> list[tuple[GeomSum
 
 
 def _first(brief: Brief, points: list[Matrix], names: tuple[str, ...]) -> int:
-    """Return which of some points is nearest to a mount with nothing before it; the nearest where all are hidden."""
+    """Return the index of the point nearest to a mount without an obstacle between; the nearest if all are hidden."""
     mounts = [np.array(mount.position_m) for mount in brief.summary.mounts] or [np.zeros(3)]
     nearest = [min(mounts, key=lambda mount: float(np.linalg.norm(point - mount))) for point in points]
-    # equally far ones stay in their order
+    # rounded, so that equally far points stay in their order
     away = [round(float(np.linalg.norm(point - mount)), 6) for point, mount in zip(points, nearest, strict=True)]
     order = sorted(range(len(points)), key=lambda index: away[index])
     if len(points) == 1 or not brief.summary.mounts:
@@ -108,7 +109,10 @@ def _is_hidden(environment: str, start_m: Vec3, end_m: Vec3, names: tuple[str, .
 
 
 def _ends(geom: GeomSummary, axis: Matrix) -> Iterator[Matrix]:
-    """Yield the two ends of a shape along its longest axis; of a round one places all round, a ball's about an axis."""
+    """Yield the two ends of a shape along its longest axis; for a round shape eight points on its circumference.
+
+    The circumference of a ball, or of a shape with three equal lengths, is taken about `axis`.
+    """
     z, x = np.array(geom.z_axis), np.array(geom.x_axis)
     axes = np.stack([x, np.cross(z, x), z])
     size = list(geom.size_m)

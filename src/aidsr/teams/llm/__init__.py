@@ -24,11 +24,11 @@ def team(
     """Return a team whose four roles are played by one language model.
 
     Args:
-        model: The model; it is asked from several threads when concepts run side by side.
-        reasks: How often a reply that cannot be used is asked for again before the role gives up.
+        model: The language model; it is called from several threads when concepts are developed in parallel.
+        reasks: How often the model is asked again after an unusable reply before the role gives up.
         edits: Whether the Coder repairs a robot by a patch instead of rewriting it.
-        condensed: Whether Designer, Integrator and Judge see a condensed robot.
-        pictures: Pictures of a scene for the Judge; none by default.
+        condensed: Whether Designer, Integrator and Judge see the MJCF of a robot in condensed form.
+        pictures: Function that returns pictures of a scene for the Judge; no pictures by default.
     """
     conversation = Conversation(model, reasks)
     return Team(
@@ -42,7 +42,7 @@ def team(
 def direct_team(model: Model, *, reasks: int = 2) -> Team:
     """Return the team of direct prompting: one call writes the robot, without concept, placement or critique.
 
-    A run of that method never calls its Integrator and Judge, which are those of `team`.
+    A run with direct prompting never calls this team's Integrator and Judge, which are those of `team`.
     """
     full = team(model, reasks=reasks)
     return replace(full, designer=DirectDesigner(), coder=DirectCoder(CoderAgent(Conversation(model, reasks))))

@@ -1,4 +1,4 @@
-"""Patterns of points: evenly in a row or on a circle."""
+"""Regular patterns of points: evenly spaced in a row or on a circle."""
 
 from __future__ import annotations
 
@@ -14,34 +14,37 @@ from aidsr.core.formatting import format_vector
 Array = NDArray[np.float64]
 
 _TOLERANCE_M = 5e-5
-"""Half of the last digit that a prompt has of a position: a smaller distance from a pattern is not visible."""
+"""Largest distance of a point from its pattern [m]: half of the last digit of positions in prompts, so that a smaller
+distance is not visible there."""
 _MAX_POSITIONS = 60
-"""Of more positions without a pattern only the bounds are given. Our choice: a design needs no stone of gravel."""
+"""Maximum number of positions without a pattern that are listed; of more positions only the bounds are given. Our
+choice: a design does not need the position of every stone in gravel."""
 _MIN_IN_ROW = 3
 _MIN_ON_CIRCLE = 6
-"""Our choice: four or five positions are easier to read as a list; any three are on some circle."""
+"""Minimum number of points on a circle. Our choice: four or five positions are easier to read as a list, and any three
+points are on some circle."""
 
 
 @dataclass(frozen=True)
 class Circle:
-    """Points evenly on a circle or an arc."""
+    """Points evenly spaced on a circle or an arc."""
 
     count: int
     centre_m: Array
     axis: Array
-    """Unit vector, by the right-hand rule in the order of the points."""
+    """Unit vector; the points follow one another around it by the right-hand rule."""
     radius_m: float
     step_rad: float
     """Angle from one point to the next."""
 
     @property
     def closed(self) -> bool:
-        """Whether they fill the whole circle."""
+        """Whether the points fill the whole circle."""
         return bool(np.isclose(self.count * self.step_rad, 2 * np.pi, rtol=1e-3))
 
 
 def row_length(points: Array) -> int:
-    """Return how many of the first points are evenly in a straight row; 0 when they are too few.
+    """Return how many points at the beginning are evenly spaced in a straight row; 0 if they are too few.
 
     Args:
         points: Positions in order, (n, 3) [m].
@@ -50,7 +53,7 @@ def row_length(points: Array) -> int:
 
 
 def fit_circle(points: Array) -> Circle | None:
-    """Return the circle with the most of the first points evenly on it; None when they are too few.
+    """Return the circle on which most points at the beginning are evenly spaced; None if they are too few.
 
     Args:
         points: Positions in order, (n, 3) [m].
@@ -75,7 +78,10 @@ def rotations(vector: Array, axis: Array, step_rad: float, count: int) -> Array:
 
 
 def _longest(holds: Callable[[int], bool], fewest: int, most: int) -> int:
-    """Return how many of the first points a pattern holds for; one that holds for n points holds for fewer."""
+    """Return the largest number of points at the beginning for which a pattern holds; 0 if it is below `fewest`.
+
+    A pattern that holds for n points must also hold for fewer.
+    """
     if most < fewest or not holds(fewest):
         return 0
     return fewest - 1 + bisect_left(range(fewest, most + 1), True, key=lambda count: not holds(count))
@@ -98,7 +104,7 @@ def _fit_circle(points: Array) -> Circle | None:
     spokes = points - centre
     radius = float(np.linalg.norm(spokes, axis=1).mean())
     if radius < _TOLERANCE_M or radius > 10 * float(np.ptp(points, axis=0).max()):
-        return None  # all at one position, or so flat an arc that it is a line
+        return None  # all points at one position, or an arc so flat that it is a line
     if np.cross(spokes[0], spokes[1]) @ axis < 0:
         axis = -axis
     step = float(np.arctan2(np.cross(spokes[0], spokes[1]) @ axis, spokes[0] @ spokes[1]))
@@ -109,7 +115,7 @@ def _fit_circle(points: Array) -> Circle | None:
 
 
 def format_positions(positions: Sequence[Iterable[float]]) -> str:
-    """Return positions without a pattern."""
+    """Return positions without a pattern as text: as a list, or as bounds if there are too many."""
     if len(positions) <= _MAX_POSITIONS:
         return "at " + ", ".join(format_vector(position) for position in positions)
     columns = list(zip(*positions, strict=True))

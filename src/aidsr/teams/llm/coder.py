@@ -1,4 +1,4 @@
-"""The Coder: writes a concept down as MJCF, and repairs it."""
+"""The Coder: writes the MJCF of a concept, and repairs it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from aidsr.teams.llm.prompts import as_json, render
 from aidsr.teams.llm.replies import element_names, extract_mjcf, has_json, parse_json, validate_as
 
 _MAX_CHANGES = 6
-"""Changes of kept parts in one complaint. Our choice: they mostly have one cause."""
+"""Maximum number of changes of kept parts in one complaint. Our choice: they mostly have one cause."""
 
 
 class _CoderHeader(Artifact):
@@ -33,16 +33,16 @@ class CoderAgent:
     """A language model as the Coder.
 
     Attributes:
-        conversation: The model, and how often it is asked again.
+        conversation: The model, and how often it is asked again after an unusable reply.
         edits: Whether repairs are patches of a condensed view of the robot. A robot that cannot be parsed is always
-            rewritten whole.
+            rewritten completely.
     """
 
     conversation: Conversation
     edits: bool = True
 
     def write(self, brief: Brief, concept: Concept) -> Robot:
-        """Return a first robot for the concept.
+        """Return the first robot for a concept.
 
         Raises:
             ReplyError: No reply could be used.
@@ -86,10 +86,10 @@ class CoderAgent:
 
 
 class _Reader:
-    """Parses the Coder's replies of one conversation.
+    """A parser of the Coder's replies in one conversation.
 
-    The MJCF is the long part: once it has arrived, a header alone corrects a wrong header. For a repair, the robot's
-    header holds until another one is sent, and a patch of its MJCF is enough.
+    The MJCF is the long part of a reply: after it has arrived, the model can correct a wrong header by the header
+    alone. In a repair, a patch of the robot's MJCF is enough, and a reply without a header keeps the robot's header.
     """
 
     def __init__(self, brief: Brief, robot: Robot | None = None) -> None:
@@ -125,7 +125,8 @@ def _check_kept(brief: Brief, mjcf: str) -> None:
     """Check that the kept parts of the starting robot are unchanged.
 
     Raises:
-        ReplyError: A part changed. A document that cannot be parsed or takes too long passes: its faults come first.
+        ReplyError: A kept part changed. A document that cannot be parsed or takes too long is not checked, because
+            those faults have to be corrected first.
     """
     try:
         changes = changes_to_kept_parts(brief.starting_robot, mjcf, brief.keep) if brief.keep else []
@@ -145,7 +146,8 @@ def _check_names(header: _CoderHeader, mjcf: str) -> None:
     """Check that the names in the header are in the MJCF.
 
     Raises:
-        ReplyError: A name is not, or an actuator is in two groups. Existing names are listed.
+        ReplyError: A name is not in the MJCF, or an actuator is in two groups. For a missing name, the message lists
+            the existing names.
     """
     parts = element_names(mjcf, "body", "site")
     if header.functional_part not in parts:
@@ -164,6 +166,6 @@ def _unknown_name(field: str, name: str, kind: str, known: frozenset[str]) -> st
 
 
 def _join_names(names: frozenset[str]) -> str:
-    """Return names for a sentence, at most 40 of them."""
+    """Return names as a list for a sentence, at most 40 of them."""
     shown = sorted(names)[:40]
     return (", ".join(shown) or "none") + (f" and {len(names) - 40} more" if len(names) > 40 else "")

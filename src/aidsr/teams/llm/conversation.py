@@ -1,4 +1,4 @@
-"""Ask a model until its reply can be used, a bounded number of times."""
+"""Conversation with a model, which is asked until its reply is usable, a limited number of times."""
 
 from __future__ import annotations
 
@@ -16,29 +16,30 @@ from aidsr.teams.llm.replies import MAX_CHARACTERS
 T = TypeVar("T")
 
 _AT_LIMIT = 0.9
-"""Share of the token limit from which a reply counts as cut off by it. Our choice: servers count a bit differently."""
+"""Share of the token limit from which an incomplete reply counts as cut off by that limit. Our choice: servers count
+tokens slightly differently."""
 
 
 @dataclass(frozen=True)
 class Conversation:
-    """Asks, parses the reply, and asks again in the same conversation with what was wrong with it.
+    """A conversation in which an unusable reply is answered with a complaint, and the model is asked again.
 
     Attributes:
         model: The model.
-        reasks: How often a reply that cannot be used is asked for again.
+        reasks: How often the model is asked again after an unusable reply.
     """
 
     model: Model
     reasks: int = 2
 
     def ask(self, role: Role, system: str, user: str, read: Callable[[str], T], pictures: tuple[bytes, ...] = ()) -> T:
-        """Return the parsed reply.
+        """Ask the model and return its parsed reply.
 
         Args:
             role: The role that asks.
             system: System prompt; the same for all calls of a role, so that providers can cache it.
             user: Prompt of the job.
-            read: Parses a reply; raises ReplyError with a sentence for the model.
+            read: Function that parses a reply, or raises ReplyError with a sentence for the model.
             pictures: PNGs that belong to the prompt.
 
         Raises:
@@ -60,7 +61,7 @@ class Conversation:
 
 
 def complaint_about(record: CallRecord, *, needs_text: bool = True) -> str:
-    """Return why a reply cannot be used as it is: refused, cut off, too long or empty; "" where it can."""
+    """Return why a reply is unusable: refused, cut off, too long or empty; "" if it is none of these."""
     if record.finish == "refusal":
         return "The reply was a refusal. The job is an ordinary engineering task in a simulator."
     if record.finish == "length":
@@ -73,7 +74,7 @@ def complaint_about(record: CallRecord, *, needs_text: bool = True) -> str:
 
 
 def _describe_cutoff(record: CallRecord) -> str:
-    """Describe where a reply was cut off: at its token limit, or before it by the context or the server."""
+    """Describe where a reply was cut off: at its token limit, or before it by the model's context or the server."""
     limit, usage = record.question.max_output_tokens, record.usage
     if usage.tokens_estimated or not 0 < usage.output_tokens < _AT_LIMIT * limit:
         return f"at its limit of {limit} tokens"

@@ -1,4 +1,4 @@
-"""The environment as a list of facts that a model can calculate with."""
+"""Description of an environment as a list of facts with which a language model can calculate."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from aidsr.teams.llm.repeated_bodies import RepeatedBody, group_repeated_bodies
 def describe_environment(summary: EnvironmentSummary) -> str:
     """Return the environment in words and numbers; lengths in metres, positions in world coordinates at the start.
 
-    Shapes without collisions are described only where they have a name. Shapes of one kind in a pattern are grouped,
-    and so are bodies that are copies of one another.
+    Shapes without collisions are described only if they have a name. Shapes of one kind in a pattern are grouped, and
+    so are bodies that are copies of one another.
     """
     mounts = {mount.name for mount in summary.mounts}
     sites = [f"- {s.name} on {s.body}, at {format_vector(s.position_m)}" for s in summary.sites if s.name not in mounts]
@@ -53,13 +53,13 @@ def _describe_mount(mount: MountSummary) -> str:
 
 
 def _usual_friction(summary: EnvironmentSummary) -> Friction:
-    """Return the commonest friction of shapes with collisions."""
+    """Return the most common friction of shapes with collisions; MuJoCo's default if there are none."""
     solid = Counter((geom.friction, geom.priority) for body in summary.bodies for geom in body.geoms if geom.solid)
     return solid.most_common(1)[0][0] if solid else MUJOCO_FRICTION
 
 
 def _describe_bodies(repeated: RepeatedBody, usual: Friction) -> list[str]:
-    """Describe a body with its descendants in full, and of its copies the positions."""
+    """Describe a body with its descendants in full, and its copies by names and positions."""
     lines = [line for body in repeated.first for line in _describe_body(body, usual)]
     if repeated.copies:
         like = f"each like {repeated.first[0].name}{' and all that is on it' if repeated.first[1:] else ''}"
@@ -69,7 +69,7 @@ def _describe_bodies(repeated: RepeatedBody, usual: Friction) -> list[str]:
 
 
 def _format_names(trees: Sequence[Sequence[BodySummary]]) -> str:
-    """Return the names of all bodies, as a range where they only count up."""
+    """Return the names of copies with those of their descendants; more than three without descendants as a range."""
     if len(trees) > 3 and not trees[0][1:]:
         return f"{trees[0][0].name} to {trees[-1][0].name}"
     return ", ".join(" with ".join(filter(None, (tree[0].name, _join(tree[1:])))) for tree in trees)

@@ -20,7 +20,7 @@ _SIZES = {
     "ellipsoid": ("half axes",),
     "box": ("half sizes",),
 }
-"""What MuJoCo's size numbers mean. Source: MuJoCo XML reference, geom size."""
+"""Meaning of MuJoCo's size numbers for each shape. Source: MuJoCo XML reference, geom size."""
 _PLURALS = {"box": "boxes", "mesh": "meshes"}
 _WORLD = {"x": np.array([1.0, 0.0, 0.0]), "z": np.array([0.0, 0.0, 1.0])}
 _SYMMETRIC = ("box", "ellipsoid", "capsule", "cylinder")
@@ -29,7 +29,7 @@ _TOLERANCE = 1e-3
 """Axes whose components differ by less are described as equal. Our choice."""
 
 Friction = tuple[Vec3, int]
-"""Friction and priority of a shape."""
+"""Sliding, torsional and rolling friction of a shape, and its priority."""
 MUJOCO_FRICTION: Friction = (1.0, 0.005, 0.0001), 0
 """MuJoCo's defaults. Source: MuJoCo XML reference, geom friction and priority."""
 
@@ -38,9 +38,9 @@ class _Description(NamedTuple):
     """Description of a shape or a group.
 
     Attributes:
-        what: What following groups may have in common with it; empty for a single shape, which `where` describes.
-        names: Its names, with a colon.
-        where: Its position.
+        what: The part that can be equal for several groups; empty for a single shape, which `where` describes.
+        names: First and last name of the shapes and a colon; empty if they have no names.
+        where: The position.
     """
 
     what: str
@@ -66,7 +66,7 @@ def describe_shapes(geoms: Sequence[GeomSummary], usual: Friction) -> list[str]:
 
 
 def format_friction(friction: Friction) -> str:
-    """Return friction and priority in words; torsional and rolling friction only where they are not the defaults."""
+    """Return friction and priority in words; torsional and rolling friction only if they are not the defaults."""
     (sliding, torsional, rolling), priority = friction
     usual = (torsional, rolling) == MUJOCO_FRICTION[0][1:]
     shown = format_coordinate(sliding) + (
@@ -102,7 +102,7 @@ def _describe_group(group: ShapeGroup, usual: Friction) -> _Description:
 
 
 def _describe_contact(geom: GeomSummary, usual: Friction) -> str:
-    """Describe contact parameters that are not the usual ones."""
+    """Describe the contact parameters of a shape if they are not the usual ones."""
     if not geom.solid:
         return "; only drawn"
     friction = geom.friction, geom.priority
@@ -110,7 +110,7 @@ def _describe_contact(geom: GeomSummary, usual: Friction) -> str:
 
 
 def _format_sizes(geoms: Sequence[GeomSummary]) -> str:
-    """Return the sizes of shapes of one kind, with ranges in brackets where they are not the same."""
+    """Return the sizes of shapes of one kind, with ranges in brackets where they differ."""
     columns = [(min(column), max(column)) for column in zip(*(geom.size_m for geom in geoms), strict=True)]
     values = [
         format_coordinate(low) if low == high else f"({format_coordinate(low)} to {format_coordinate(high)})"
@@ -123,7 +123,7 @@ def _format_sizes(geoms: Sequence[GeomSummary]) -> str:
 
 
 def _describe_orientation(geom: GeomSummary) -> str:
-    """Describe the orientation of a shape where it is not the world's."""
+    """Describe the orientation of a shape if its axes are not those of the world."""
     text = ""
     for letter, axis in orientation_axes(geom).items():
         same = np.abs(axis - _WORLD[letter]).max() < _TOLERANCE
@@ -134,7 +134,7 @@ def _describe_orientation(geom: GeomSummary) -> str:
 
 
 def _describe_rotation(group: ShapeGroup, circle: Circle) -> str:
-    """Describe the orientation of shapes that rotate around their circle."""
+    """Describe the orientation of shapes whose axes rotate with their positions around a circle."""
     first = group.geoms[0]
     out = _radial_direction(first, circle)
     known = {"outwards": out, "inwards": -out, "along the axis": circle.axis, "against the axis": -circle.axis}
@@ -152,7 +152,7 @@ def _radial_direction(geom: GeomSummary, circle: Circle) -> Array:
 
 
 def _free_radius(group: ShapeGroup, circle: Circle) -> str:
-    """Describe the free radius inside a closed ring with a smooth wall or one of flat sides."""
+    """Describe the free radius inside a closed ring whose shapes turn round or flat sides inwards; else return ""."""
     first = group.geoms[0]
     x, z = np.array(first.x_axis), np.array(first.z_axis)
     half = np.max([geom.size_m for geom in group.geoms], axis=0)

@@ -17,7 +17,7 @@ from aidsr.teams.llm.prompts import as_json, render
 from aidsr.teams.llm.replies import parse_json, validate_as
 
 _MAX_SIMILARITY = 0.8
-"""Share of common words above which two descriptions are of one concept. Our choice: one changed word in ten."""
+"""Share of common words above which two descriptions count as one concept. Our choice: one changed word in ten."""
 
 
 class _ConceptReply(Artifact):
@@ -43,8 +43,8 @@ class DesignerAgent:
     """A language model as the Designer.
 
     Attributes:
-        conversation: The model, and how often it is asked again.
-        condensed: Whether a robot is shown condensed.
+        conversation: The model, and how often it is asked again after an unusable reply.
+        condensed: Whether the MJCF of a robot is shown in condensed form.
     """
 
     conversation: Conversation
@@ -61,7 +61,7 @@ class DesignerAgent:
         return self._concepts(user, count)
 
     def revise(self, brief: Brief, concept: Concept, robot: Robot | None, feedback: str) -> Concept:
-        """Return the concept changed as a person or the Judge asked, keeping what was not criticised.
+        """Return the concept changed as a user or the Judge requested; what was not criticised stays unchanged.
 
         Raises:
             ReplyError: No reply could be used.
@@ -83,7 +83,7 @@ class DesignerAgent:
 
 
 class _Reader:
-    """Parses the Designer's replies of one conversation; concepts that are too similar are asked for again once."""
+    """A parser of the Designer's replies in one conversation; it rejects concepts that are too similar once."""
 
     def __init__(self, count: int) -> None:
         self._count = count
@@ -114,6 +114,6 @@ def _are_similar(one: _ConceptReply, other: _ConceptReply) -> bool:
 
 
 def _similarity(one: str, other: str) -> float:
-    """Return the share of words that two texts have in common, numbers left out (Jaccard index)."""
+    """Return the share of words of three or more letters that two texts have in common (Jaccard index)."""
     words = [set(re.findall(r"[a-z]{3,}", text.casefold())) for text in (one, other)]
     return len(words[0] & words[1]) / max(len(words[0] | words[1]), 1)

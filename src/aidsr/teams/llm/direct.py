@@ -1,4 +1,4 @@
-"""Direct prompting: one call turns the job into a robot. The baseline the method must beat."""
+"""Direct prompting: one call turns the job into a robot. It is the baseline that the method must beat."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from aidsr.teams.llm.prompts import render
 
 @dataclass(frozen=True)
 class DirectDesigner:
-    """Asks no model: every concept is only a number."""
+    """A Designer without a language model: every concept has only a number."""
 
     def propose(self, brief: Brief, count: int) -> tuple[Concept, ...]:
         """Return `count` empty concepts."""
@@ -37,12 +37,12 @@ class DirectDesigner:
 
 @dataclass(frozen=True)
 class DirectCoder:
-    """One call to a language model, without guide, concept or feedback."""
+    """A Coder that makes one call to a language model, without MJCF guide, concept or feedback."""
 
     coder: CoderAgent
 
     def write(self, brief: Brief, concept: Concept) -> Robot:
-        """Return the robot of one call.
+        """Return the robot that the model writes in one call.
 
         Raises:
             ReplyError: No reply could be used.

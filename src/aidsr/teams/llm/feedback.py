@@ -1,4 +1,4 @@
-"""Feedback in words: faults of the validator, or issues of the Judge."""
+"""Text for feedback: faults found by the validator, or issues found by the Judge."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from aidsr.core.roles import Feedback
 
 
 def describe_feedback(feedback: Feedback) -> str:
-    """Return the validator's account of its faults, or the Judge's issues one per line."""
+    """Return the validator's account of the faults, or the Judge's verdict and its issues, one per line."""
     if isinstance(feedback, ValidationReport):
         return feedback.account()
     return _describe_critique(feedback)

@@ -22,15 +22,15 @@ class IntegratorAgent:
     """A language model as the Scene Integrator.
 
     Attributes:
-        conversation: The model, and how often it is asked again.
-        condensed: Whether the robot is shown condensed.
+        conversation: The model, and how often it is asked again after an unusable reply.
+        condensed: Whether the MJCF of the robot is shown in condensed form.
     """
 
     conversation: Conversation
     condensed: bool = True
 
     def place(self, brief: Brief, concept: Concept, robot: Robot) -> Placement:
-        """Return a first placement.
+        """Return the first placement of a robot.
 
         Raises:
             ReplyError: No reply could be used.
@@ -76,7 +76,7 @@ class IntegratorAgent:
 
 
 def _extent_of(robot: Robot) -> Extent | None:
-    """Return the extents of the robot; None for one that does not load, which the validator reports."""
+    """Return the extent of the robot; None if it does not load, which the validator reports."""
     try:
         return measure(robot)
     except (MjcfError, IsolationError):
@@ -84,7 +84,7 @@ def _extent_of(robot: Robot) -> Extent | None:
 
 
 def _check_placement(placement: Placement, brief: Brief, robot: Robot) -> list[str]:
-    """Return what in a placement contradicts the job, each with the valid choices."""
+    """Return a sentence for everything in a placement that contradicts the job, with the valid choices."""
     mounts = {mount.name: mount for mount in brief.summary.mounts}
     bodies = {body.name for body in brief.summary.bodies}
     parts = element_names(robot.mjcf, "body", "site")

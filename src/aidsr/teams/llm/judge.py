@@ -15,7 +15,7 @@ from aidsr.teams.llm.prompts import as_json, render
 from aidsr.teams.llm.replies import parse_json, validate_as
 
 ScenePictures = Callable[[Scene], Mapping[str, bytes]]
-"""Returns the pictures of a scene for the Judge: a PNG for each caption."""
+"""Function that returns the pictures of a scene for the Judge: a PNG for each caption."""
 
 
 def no_pictures(scene: Scene) -> Mapping[str, bytes]:
@@ -29,9 +29,9 @@ class JudgeAgent:
     """A language model as the Judge.
 
     Attributes:
-        conversation: The model, and how often it is asked again.
-        condensed: Whether the robot is shown condensed.
-        pictures: Pictures of the scene.
+        conversation: The model, and how often it is asked again after an unusable reply.
+        condensed: Whether the MJCF of the robot is shown in condensed form.
+        pictures: Function that returns the pictures of the scene.
     """
 
     conversation: Conversation
@@ -39,7 +39,7 @@ class JudgeAgent:
     pictures: ScenePictures = no_pictures
 
     def judge(self, brief: Brief, concept: Concept, robot: Robot, scene: Scene, report: ValidationReport) -> Critique:
-        """Return a pass, or a fail with issues that each blame a role.
+        """Return a pass, or a fail with issues that each name the role to blame.
 
         Raises:
             ReplyError: No reply could be used.
@@ -65,7 +65,7 @@ class JudgeAgent:
 
 
 def _measurement_lines(report: ValidationReport) -> list[str]:
-    """Return what the validator measured of the robot and each actuator; equal actuators share a line."""
+    """Return lines with the validator's measurements of the robot and each actuator; equal actuators share a clause."""
     found, lines = report.measurements, []
     length_mm = 1000 * found.get("characteristic_length_m", 0.0)
     if length_mm:
@@ -92,7 +92,10 @@ def _measurement_lines(report: ValidationReport) -> list[str]:
 
 
 def _place_lines(found: Mapping[str, Any]) -> list[str]:
-    """Return where the functional part and what is free were in the validator's tests; equal places share a clause."""
+    """Return lines with the positions of the functional part and of free bodies in the validator's tests.
+
+    Actuators that bring the functional part to equal positions share a clause.
+    """
     if "functional_part_at_rest_m" not in found:
         return []
     rest = {"its functional part": found["functional_part_at_rest_m"], **found.get("free_bodies_at_rest_m", {})}
@@ -111,12 +114,15 @@ def _place_lines(found: Mapping[str, Any]) -> list[str]:
 
 
 def _place(point_m: Sequence[float]) -> str:
-    """Return a point to a millimetre."""
+    """Return a point as text, rounded to a millimetre [m]."""
     return " ".join(f"{round(value, 3) + 0.0:g}" for value in point_m)
 
 
 def _format_effect(moved_mm: float, motor: Mapping[str, Any] | None) -> str:
-    """Return the effect of an actuator; its pull is not measured in a robot with errors."""
+    """Return the effect of an actuator as text; without its force and travel if they were not measured.
+
+    They are not measured in a robot with errors.
+    """
     pull = f", {format_number(motor['tension_n'])} N, {format_number(1000 * motor['stroke_m'])} mm" if motor else ""
     return f"{format_number(moved_mm)} mm{pull}"
 

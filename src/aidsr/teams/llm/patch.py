@@ -1,7 +1,7 @@
-"""Patches of an MJCF document by a model that has seen it condensed: a few lines instead of the whole file again.
+"""Patches of an MJCF document, for a model that has seen it in condensed form: a few lines instead of the whole file.
 
-A patch is a small XML document after RFC 5261 (XML Patch Operations Framework): each operation selects elements by
-XPath. Unlike there, a selection may hold several elements, and `set` writes attributes:
+A patch is a small XML document modelled on RFC 5261 (XML Patch Operations Framework): each operation selects elements
+by XPath. Unlike in the RFC, a selection may have several elements, and `set` writes attributes:
 
     <patch>
       <set sel="//default[@class='finger']/joint" stiffness="0.4" damping="0.012"/>
@@ -29,10 +29,11 @@ from aidsr.teams.llm.replies import MAX_CHARACTERS, fenced_blocks, find_document
 _OPERATIONS = ("set", "add", "replace", "remove")
 _PLACES = ("last", "first", "before", "after")
 _MAX_SELECTION = 300
-"""Characters of a selection. Our choice: room for any name and condition, too little to keep XPath busy."""
+"""Maximum length of a selection [characters]. Our choice: enough for any name and condition, too short for an XPath
+that takes long to evaluate."""
 _FUNCTIONS = {"starts-with", "contains", "not", "last", "position", "and", "or"}
 _MAX_SEARCHES = 2
-"""How often a selection may say "//". Our choice: each one looks through everything below what is found so far."""
+"""Maximum number of "//" in a selection. Our choice: each one searches everything below the elements found so far."""
 _SIMPLER = (
     "use a path such as //joint[@name='bend_3'] or //body[starts-with(@name,'link_')]/joint, with conditions on "
     "attributes only."
@@ -41,10 +42,10 @@ _NAMED = re.compile(r"@(?:name|class|site|tendon|joint|body1|body2)\s*[=,]\s*['\
 
 
 def extract_patch(reply: str) -> str | None:
-    """Return the one patch of a reply, fenced or bare, with prose around it or not; None when there is none.
+    """Return the only patch in a reply, fenced or not, with or without prose around it; None if there is none.
 
     Raises:
-        ReplyError: There are several.
+        ReplyError: The reply has several patches.
     """
     fenced = [block.text for block in fenced_blocks(reply) if block.text.lstrip().startswith("<patch")]
     found = [patch for text in fenced or [reply] for patch in find_documents(text, "patch")]
@@ -54,11 +55,11 @@ def extract_patch(reply: str) -> str | None:
 
 
 def apply_patch(mjcf: str, patch: str) -> str:
-    """Return the document with all operations carried out, in their order.
+    """Return the document with all operations of a patch carried out, in their order.
 
     Raises:
-        ReplyError: An operation cannot be carried out, all of them take too long or make the document too large, or
-            nothing would change. The document is then as it was.
+        ReplyError: An operation cannot be carried out, the operations take too long or make the document too large, or
+            nothing would change.
     """
     try:
         return _patched(mjcf, patch)
@@ -68,7 +69,7 @@ def apply_patch(mjcf: str, patch: str) -> str:
 
 @isolated(limits=Limits(wall_s=5.0, memory_mib=2048))
 def _patched(mjcf: str, patch: str) -> str:
-    """Do the work of `apply_patch`: XPath takes long, and copies of copies grow without end."""
+    """Do the work of `apply_patch` within limits: XPath can take long, and copies of copies can grow without end."""
     root = copy.deepcopy(parse_document(mjcf).root)
     before = etree.tostring(root)
     for operation in _parse(patch):
@@ -87,7 +88,7 @@ def _patched(mjcf: str, patch: str) -> str:
 
 def _parse(patch: str) -> list[Element]:
     try:
-        # the patch is untrusted as the document is, and gets the same bounds on size and entities
+        # the patch is as untrusted as the document, and gets the same bounds on size and entities
         root = parse_document(f"<mujoco>{patch}</mujoco>").root[0]
     except MjcfError as error:
         raise ReplyError(f"The <patch> is not well-formed XML: {error.faults[0].message}") from None
@@ -118,10 +119,10 @@ def _apply(root: Element, operation: Element) -> None:
 
 
 def _select(root: Element, operation: Element) -> list[Element]:
-    """Return what an operation selects.
+    """Return the elements that an operation selects.
 
     Raises:
-        ReplyError: The selection is missing, is no XPath, or selects no element.
+        ReplyError: The selection is missing, too long or too complex, is not an XPath, or selects no element.
     """
     selection = operation.get("sel", "")
     if not selection or len(selection) > _MAX_SELECTION:
@@ -138,7 +139,7 @@ def _select(root: Element, operation: Element) -> list[Element]:
 
 
 def _check_cost(operation: Element, selection: str) -> None:
-    """Refuse selections that could keep XPath busy; the text is a model's and runs in this process.
+    """Refuse selections that could take long to evaluate; a model wrote the text, and XPath runs in this process.
 
     Raises:
         ReplyError: The selection is more than a path with conditions on attributes.
@@ -155,7 +156,7 @@ def _check_cost(operation: Element, selection: str) -> None:
 
 
 def _nearest(root: Element, selection: str) -> str:
-    """Say which names come nearest to those of a selection."""
+    """Return a sentence with the names in the document most similar to those in a selection; "" if there are none."""
     known = sorted(
         {value for element in elements(root) for key, value in attributes(element) if key in ("name", "class")}
     )
@@ -195,7 +196,7 @@ def _add(element: Element, content: list[Element], operation: Element, place: st
 
 
 def _instantiate(element: Element, content: Element) -> Element:
-    """Return a copy of what is added, with {name} as the name of the element it is added to."""
+    """Return a copy of the content to add, with {name} replaced by the name of the element to which it is added."""
     made = copy.deepcopy(content)
     made.tail = None
     for each in elements(made):

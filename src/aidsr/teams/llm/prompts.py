@@ -1,4 +1,4 @@
-"""Prompts: Markdown files beside this one, rendered by jinja2."""
+"""Prompts: Markdown files in this folder, rendered by jinja2."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def render(prompt: str, **values: Any) -> str:
 
 
 def as_json(artifact: Artifact, *exclude: str, defaults: bool = False) -> str:
-    """Return an artifact as JSON with one field a line; fields with default values only where `defaults` is set."""
+    """Return an artifact as JSON with one field per line; fields with default values only if `defaults` is set."""
     values = artifact.model_dump(mode="json", exclude_defaults=not defaults, exclude=set(exclude))
     fields = ",\n".join(
         f"  {json.dumps(key)}: {json.dumps(value, ensure_ascii=False)}" for key, value in values.items()

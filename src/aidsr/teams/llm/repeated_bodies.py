@@ -1,4 +1,4 @@
-"""Bodies of an environment that are equal but for their position and the number in their names."""
+"""Bodies of an environment that are equal except for their position and the number in their names."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from aidsr.teams.llm.shape_groups import is_next_name
 _TOLERANCE_M = 1e-5
 """Positions that differ by less are equal. Our choice: below the precision of any summary."""
 _MIN_COUNT = 2
-"""A single copy is described like any other body. Our choice."""
+"""Number of equal bodies up to which each is described separately: a single copy is described like any other body. Our
+choice."""
 
 _Tree = tuple[BodySummary, ...]
 """A body and its descendants."""
@@ -49,7 +50,7 @@ def group_repeated_bodies(bodies: Sequence[BodySummary]) -> Iterator[RepeatedBod
 
 
 def _tree(bodies: Sequence[BodySummary], start: int) -> _Tree:
-    """Return a body and its descendants, which come right after it."""
+    """Return the body at index `start` and its descendants, which directly follow it in the list."""
     on = {bodies[start].name}
     end = start + 1
     while end < len(bodies) and bodies[end].parent in on:
@@ -64,7 +65,7 @@ def _is_copy(first: _Tree, other: _Tree) -> bool:
 
 
 def _relative_description(tree: _Tree) -> tuple[list[Any], Array]:
-    """Return the facts of a body and its descendants without its number, and all positions relative to it."""
+    """Return the facts of a body and its descendants without its number, and all positions relative to the body [m]."""
     number = re.search(r"\d*$", tree[0].name)
     own = re.compile(rf"(?<!\d){number[0]}(?!\d)" if number and number[0] else "$^")
     facts: list[Any] = []

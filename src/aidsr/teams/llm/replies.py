@@ -1,6 +1,6 @@
 """Parsing of replies: tolerant of what surrounds an answer, strict about the answer itself.
 
-Every error is a sentence for the model that wrote the reply.
+The message of every error is a sentence for the model that wrote the reply.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ _NEXT_OBJECT = re.compile(r"[ \t]*+(?=\{)")
 _ELEMENT_NEXT = re.compile(r"\s*+<")
 _NAME = re.compile(r"\sname\s*+=\s*+[\"']([^\"']+)[\"']")
 MAX_CHARACTERS = 1_000_000
-"""Characters of a reply that is read. Our choice: ten times what 20,000 tokens hold."""
+"""Maximum length of a reply that is read [characters]. Our choice: ten times the length of 20,000 tokens."""
 _MAX_VALUE_LENGTH = 60
-"""Characters of a wrong value in a complaint. Our choice: enough to find it."""
+"""Maximum length of a wrong value in a complaint [characters]. Our choice: enough to find it."""
 _MAX_PROBLEMS = 6
-"""Problems in one complaint. Our choice: more are rarely independent."""
+"""Maximum number of problems in one complaint. Our choice: more are rarely independent."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,10 @@ def fenced_blocks(reply: str) -> tuple[Block, ...]:
 
 
 def find_documents(text: str, root: str) -> list[str]:
-    """Return the XML documents with that root; a tag in a sentence, which no element follows, is not one."""
+    """Return the XML documents with the root element `root`.
+
+    A tag that no other element follows, such as a tag named in a sentence, does not begin a document.
+    """
     tags = list(_opening_tags(text, root))
     closings = list(re.finditer(rf"</{root}\s*+>", text))
     found, end, number = list[str](), 0, 0
@@ -66,7 +69,7 @@ def validate_as(kind: type[T], value: object) -> T:
     """Return a value as an artifact.
 
     Raises:
-        ReplyError: Fields are missing, unknown or of the wrong kind; a sentence for each.
+        ReplyError: Fields are missing, unknown or of the wrong type; the message has a sentence for each.
     """
     try:
         return kind.model_validate_json(json.dumps(value))
@@ -85,10 +88,10 @@ def has_json(reply: str) -> bool:
 
 
 def parse_json(reply: str) -> dict[str, Any]:
-    """Return the one JSON object of a reply, fenced or bare, with prose around it or not.
+    """Return the only JSON object in a reply, fenced or not, with or without prose around it.
 
     Raises:
-        ReplyError: There is none, more than one, or it is not well-formed.
+        ReplyError: The reply has no JSON object or more than one, or the object is not well-formed.
     """
     fenced = [
         block.text for block in fenced_blocks(reply) if block.language in {"json", ""} and _starts_with(block.text, "{")
@@ -102,10 +105,10 @@ def parse_json(reply: str) -> dict[str, Any]:
 
 
 def extract_mjcf(reply: str) -> str | None:
-    """Return the one MJCF document of a reply, fenced or bare; None when there is none.
+    """Return the only MJCF document in a reply, fenced or not; None if there is none.
 
     Raises:
-        ReplyError: There are several, or it has no end.
+        ReplyError: The reply has several documents, or the document has no end.
     """
     fenced = [block.text.strip() for block in fenced_blocks(reply) if _starts_with(block.text, "<")]
     found = fenced or find_documents(reply, "mujoco")
@@ -119,7 +122,7 @@ def extract_mjcf(reply: str) -> str | None:
 
 
 def element_names(mjcf: str, *elements: str) -> frozenset[str]:
-    """Return the names given to elements of these kinds, whether the document is well-formed or not."""
+    """Return the names of the elements with these tags; the document need not be well-formed."""
     tags = re.findall(rf"<(?:{'|'.join(elements)})\b([^<>]*+)", without(mjcf, COMMENT))
     return frozenset(name[1] for tag in tags if (name := _NAME.search(tag)))
 
@@ -129,7 +132,7 @@ def _starts_with(text: str, prefix: str) -> bool:
 
 
 def _opening_tags(text: str, root: str) -> Iterator[tuple[int, int]]:
-    """Yield where each opening tag of an element begins, and where it ends; of tags with one end only the first."""
+    """Yield the start and the end of each opening tag of an element; of tags with the same end only the first."""
     end = 0
     for match in re.finditer(rf"<{root}\b", text):
         if match.end() > end:
@@ -140,7 +143,7 @@ def _opening_tags(text: str, root: str) -> Iterator[tuple[int, int]]:
 
 
 def _bare_objects(reply: str) -> list[str]:
-    """Return the objects outside of fences: those that begin a line if any do, else those with a key, else any."""
+    """Return the objects outside of fenced blocks: those that begin a line, else those with a key, else all."""
     rest = _FENCE.sub("\n", reply)
     likeliest_first = (_LINE_OPENING_OBJECT, _OBJECT_OF_KEYS, _ANY_OBJECT)
     opening = next((pattern for pattern in likeliest_first if pattern.search(rest)), _ANY_OBJECT)
@@ -153,7 +156,7 @@ def _bare_objects(reply: str) -> list[str]:
         try:
             _, end = json.JSONDecoder(strict=False).raw_decode(rest, start.end())
         except (ValueError, RecursionError):
-            return found or [rest[start.end() :]]  # the caller reports what is wrong with the only one
+            return found or [rest[start.end() :]]  # the caller reports what is wrong with a single object
         found.append(rest[start.end() : end])
 
 
@@ -163,7 +166,7 @@ def _decode(text: str) -> dict[str, Any]:
     except json.JSONDecodeError as error:
         where = f"line {error.lineno}, column {error.colno} of it"
         raise ReplyError(f"The JSON is not well-formed: {error.msg} at {where}.") from None
-    except (ValueError, RecursionError):  # Python's limits on digits and on depth
+    except (ValueError, RecursionError):  # Python's limits on the digits of a number and on nesting
         raise ReplyError("The JSON has a number too long, or brackets nested too deep, to be read.") from None
     if not isinstance(value, dict):
         raise ReplyError("The JSON must be one object.")
@@ -175,7 +178,7 @@ def _reject_constant(word: str) -> float:
 
 
 def _describe_problem(kind: type[BaseModel], problem: Any) -> str:
-    """Return one of pydantic's findings as a sentence."""
+    """Return one of pydantic's validation errors as a sentence."""
     where = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in problem["loc"]).lstrip(".")
     match problem["type"]:
         case "missing":
@@ -192,5 +195,5 @@ def _describe_problem(kind: type[BaseModel], problem: Any) -> str:
 
 
 def _known_fields(kind: type[BaseModel], location: tuple[int | str, ...]) -> str:
-    """Return the fields of the outermost object; inner ones are in the prompt's example."""
+    """Return a sentence with the fields of the outermost object; "" for inner ones, which the prompt's example has."""
     return f" Known are {', '.join(kind.model_fields)}." if len(location) == 1 else ""

@@ -12,11 +12,12 @@ from aidsr.core.artifacts import GeomSummary
 from aidsr.teams.llm.arrangements import Array, Circle, count_before_pattern, fit_circle, rotations, row_length
 
 _TOLERANCE = 1e-3
-"""Axes whose components differ by less are equal for a reader. Our choice."""
+"""Axes whose components differ by less count as equal. Our choice."""
 _MAX_SIZE_RATIO = 2.0
 """Shapes of one ring may differ in size by this factor, as the walls of a bent pipe do. Our choice."""
 _MIN_COUNT = 3
-"""Fewer are described one by one. Our choice: two lines are read as quickly as one with two positions."""
+"""Minimum number of shapes in a list of positions; fewer are described one by one. Our choice: two lines are read as
+quickly as one with two positions."""
 _NUMBERED = re.compile(r"(.*?)(\d+)")
 _AXES = {"sphere": "", "plane": "z", "capsule": "z", "cylinder": "z"}
 """Axes that define the orientation of a shape; x and z for shapes not listed."""
@@ -32,7 +33,7 @@ class ShapeGroup:
 
     @property
     def rotates(self) -> bool:
-        """Whether their orientations differ, as around a circle."""
+        """Whether the orientations of the shapes differ, as around a circle."""
         return not all(_same_orientation(self.geoms[0], geom) for geom in self.geoms)
 
 
@@ -45,7 +46,7 @@ def is_next_name(name: str, other: str) -> bool:
 
 
 def orientation_axes(geom: GeomSummary) -> dict[str, Array]:
-    """Return the axes that define the orientation of a shape, in world coordinates, by their letters."""
+    """Return the axes that define the orientation of a shape, by axis letter, in world coordinates."""
     known = {"x": np.array(geom.x_axis), "z": np.array(geom.z_axis)}
     return {letter: known[letter] for letter in _AXES.get(geom.shape, "xz")}
 
@@ -67,7 +68,7 @@ def positions(geoms: Sequence[GeomSummary]) -> Array:
 def _runs(
     geoms: Sequence[GeomSummary], matches: Callable[[GeomSummary, GeomSummary], bool]
 ) -> Iterator[tuple[GeomSummary, ...]]:
-    """Yield shapes in order, in runs that match their first one and have consecutive names."""
+    """Yield runs of shapes, in order; the shapes of a run have consecutive names, and each matches the first one."""
     start = 0
     for end in range(1, len(geoms) + 1):
         if end == len(geoms) or not (
@@ -91,7 +92,7 @@ def _is_copy(one: GeomSummary, other: GeomSummary) -> bool:
 
 
 def _ring(kind: Sequence[GeomSummary]) -> list[ShapeGroup]:
-    """Return the first shapes as one group, if they are on a circle."""
+    """Return the first shapes as one group if they are evenly spaced on a circle; else an empty list."""
     found = fit_circle(positions(kind))
     if found is None:
         return []
@@ -112,14 +113,14 @@ def _rotates_along(ring: ShapeGroup, on: Circle) -> bool:
 
 
 def _row(kind: Sequence[GeomSummary]) -> list[ShapeGroup]:
-    """Return the first shapes as one group, if they are copies in a straight row."""
+    """Return the first shapes as one group if they are copies in a straight row; else an empty list."""
     copies = next(_runs(kind, _is_copy))
     count = row_length(positions(copies))
     return [ShapeGroup(copies[:count], is_row=True)] if count else []
 
 
 def _ungrouped(kind: Sequence[GeomSummary]) -> list[ShapeGroup]:
-    """Return the first shapes up to the next pattern: one group if they are enough copies, else one by one."""
+    """Return the first copies up to the next pattern: as one group if there are enough, else each as its own group."""
     copies = next(_runs(kind, _is_copy))
     copies = copies[: count_before_pattern(positions(copies))]
     return [ShapeGroup(copies)] if len(copies) >= _MIN_COUNT else [ShapeGroup((geom,)) for geom in copies]

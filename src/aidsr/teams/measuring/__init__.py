@@ -1,12 +1,15 @@
 """The measuring team: one language model that makes bodies and measures them with `aidsr.tools` until one does the job.
 
-session    the conversation: replies, calls of tools, results, until it finishes or its budget is used up
-board      what a question tells of the work so far: the last reply in full, the rest in lines that code keeps
-toolbox    the tools it has, what each call brought on record, and what it may still call
-calls      calls of tools in the text of a reply, for models that take none
-team       the four roles of a run, played by a session
+session      the conversation: replies, tool calls and results, until it finishes or its budget is used up
+board        the summary of the work so far in each question: the last reply in full, the rest in lines written by code
+toolbox      the tools of the session, the records of their calls, and the budget
+own_tools    tools that only this team has
+exploration  families of bodies and measured scenes, derived from the records
+records      the record of a tool call
+calls        tool calls in the text of a reply, for models without tool support
+team         the four roles of a run, played by a session
 
-Its prompts are beside the others, in `aidsr.teams.llm`: measuring.md and measuring_*.md.
+Its prompts are in `aidsr.teams.llm`, with those of the other teams: measuring.md and measuring_*.md.
 """
 
 from aidsr.teams.measuring.team import copy_measured, measuring_team

@@ -1,10 +1,11 @@
-"""What a model is told of its work so far: the last replies in full, the rest in lines that code keeps.
+"""The board: the summary of the work so far that each question to the model contains.
 
-A conversation that is repeated whole costs the square of its length. So each question has the job, the last reply
-with its results, and a board: every body with its best figures, and the MJCF of those that are worked on. Nothing
-is lost by that: `read` shows the MJCF of every body, and a call that is made again brings its result again, uncounted.
+If each question repeated the whole conversation, the cost would grow with the square of its length. So each question
+has the job, the last reply with its results, and a board: every body with its best figures, and the MJCF of those in
+work. Nothing is lost by that: the tool `read` shows the MJCF of every body, and a repeated call returns its recorded
+result and is not counted.
 
-All of it follows from the exchanges so far, so a session that goes on after an interruption asks the same questions.
+The board depends only on the exchanges so far, so a session resumed after an interruption asks the same questions.
 """
 
 from __future__ import annotations
@@ -26,26 +27,26 @@ from aidsr.teams.measuring.records import Exchange, ToolRecord
 from aidsr.teams.measuring.toolbox import Toolbox
 
 IN_FULL = 1
-"""Exchanges that are told in full, the last ones. Our choice: a second one costs a tenth more; its results stand on the
-board in a line each."""
+"""Number of last exchanges that are shown in full. Our choice: a second one costs a tenth more, and the board has its
+results in one line each."""
 _MOST_DOCUMENTS = 2
-"""MJCF documents that are told. Our choice: the best body, and the one that is being changed."""
+"""Maximum number of MJCF documents on the board. Our choice: the best body, and the one that is being changed."""
 _LINE, _NOTE, _SCRIPT = 150, 300, 400
-"""Characters of a result, of a note and of a script on the board. Our choice."""
+"""Maximum lengths of a result, of a note and of a script on the board [characters]. Our choice."""
 _MOST_LINES = 8
-"""Of older results of one body. Our choice."""
+"""Maximum number of older results of one body. Our choice."""
 _INDENT = re.compile(r"\n\s+")
 _MEASURES = ("measure", "play", "probe", "sweep", "train")
 
 
 @dataclass(frozen=True)
 class Board:
-    """What is told of the exchanges of a session.
+    """The summary of the exchanges of a session.
 
     Attributes:
-        exchanges: So far, in order.
-        toolbox: Has the budget, and the workspace with the bodies.
-        native: Whether calls and results have places of their own in a message; else they are text.
+        exchanges: Exchanges so far, in order.
+        toolbox: Tools of the session, with its budget and the workspace that has the bodies.
+        native: Whether calls and results have their own fields in a message; otherwise they are text.
     """
 
     exchanges: Sequence[Exchange]
@@ -53,7 +54,7 @@ class Board:
     native: bool
 
     def turns(self) -> tuple[Message, ...]:
-        """Return the turns that follow the job: the last exchanges, with the board behind the results."""
+        """Return the messages that follow the job: the last exchanges, with the board after the last results."""
         turns: list[Message] = []
         for exchange in self.exchanges[-IN_FULL:]:
             board = self.text() if exchange is self.exchanges[-1] else ""
@@ -61,12 +62,12 @@ class Board:
         return tuple(turns)
 
     def text(self) -> str:
-        """Return the board."""
+        """Return the text of the board."""
         return render(
             "measuring_board",
             calls=sum(record.counts for record in self._records),
             most_calls=self.toolbox.budget.calls,
-            # not how many: the same work takes other minutes when it is replayed, and its prompts must be the same
+            # not the minutes used: a replay takes a different time for the same work, and prompts must be the same
             is_late=sum(record.seconds for record in self._records) > 30 * self.toolbox.budget.minutes,
             most_minutes=f"{self.toolbox.budget.minutes:g}",
             unmeasured=self._exploration.unmeasured() if self.toolbox.explore else [],
@@ -77,9 +78,10 @@ class Board:
         )
 
     def worked_on(self) -> tuple[str, ...]:
-        """Return the robots of the last reply whose MJCF is told: what has to be cured, what came last, the best one.
+        """Return the robots of the last reply whose MJCF is shown: faulty ones, the last one made or used, the best.
 
-        While nothing says which of several is the best, only what has to be cured.
+        While no robot is known to be the best, the last one is left out if the reply made or used several. A robot is
+        also left out if another one of these was made from it.
         """
         if not self.exchanges:
             return ()
@@ -94,7 +96,7 @@ class Board:
         return tuple(told[:_MOST_DOCUMENTS])
 
     def _ancestors(self, robot: str) -> set[str]:
-        """Return the robots that a robot was made from by edits and fixes."""
+        """Return the robots from which a robot was made by edits and fixes."""
         found: set[str] = set()
         for one in reversed(self._done):
             if one.name in ("edit", "fix") and one.made in {robot, *found}:
@@ -102,30 +104,30 @@ class Board:
         return found
 
     def _document(self, robot: str) -> str:
-        """Return the MJCF of a robot without its repetitions and indents."""
+        """Return the MJCF of a robot, condensed if possible, without indents."""
         mjcf = self.toolbox.workspace.mjcf(robot)
         return _INDENT.sub("\n", (condense(mjcf) or mjcf).strip())
 
     @property
     def explores(self) -> bool:
-        """Whether bodies are still to be written from nothing, as whole MJCF documents."""
+        """Whether the model still has to write bodies from scratch, as complete MJCF documents."""
         proposed = bool(self._exploration.proposed())
         return not self.exchanges or (self.toolbox.explore and (not proposed or bool(self._exploration.unmeasured())))
 
     @property
     def _kept(self) -> ToolRecord | None:
-        """The last scene that was kept."""
+        """Record of the last call that kept a scene; None if there is none."""
         return next((one for one in reversed(self._done) if one.name == "keep"), None)
 
     @staticmethod
     def _best(results: Sequence[ToolRecord]) -> ToolRecord | None:
-        """Return the last of the measurements that came farthest; None where none says how far it came."""
+        """Return the measurement with the most progress, the last one of equal ones; None if none has a progress."""
         far = [one for one in reversed(results) if one.progress is not None]
         return max(far, key=lambda one: one.progress or 0.0, default=None)
 
     @cached_property
     def _records(self) -> list[ToolRecord]:
-        """Results so far; one that was asked for again counts once."""
+        """Results so far; a result that was returned again is listed once."""
         every = (record for exchange in self.exchanges for record in exchange.results)
         return list({id(record): record for record in every}.values())
 
@@ -144,22 +146,25 @@ class Board:
 
     @cached_property
     def _in_full(self) -> set[int]:
-        """Results that stand in the last exchanges."""
+        """Identities (`id`) of the results in the exchanges that are shown in full."""
         return {id(record) for exchange in self.exchanges[-IN_FULL:] for record in exchange.results}
 
     def _robot_of(self, name: str) -> str:
-        """Return the robot of a scene; a robot itself; "" for all else."""
+        """Return the robot of a scene, or the name itself if it is a robot's; "" for anything else."""
         if name.startswith("robot_"):
             return name
         return next((str(one.values.get("robot")) for one in self._done if name and one.made == name), "")
 
     def _notes(self) -> list[str]:
-        """Return what was said beside the calls of exchanges that are not told in full."""
+        """Return the texts beside the calls in the exchanges that are not shown in full, shortened."""
         older = (" ".join(exchange.said.split()) for exchange in self.exchanges[:-IN_FULL])
         return [excerpt(said, _NOTE) for said in older if said]
 
     def _body(self, robot: str) -> str:
-        """Return a body with its best measurement; of what is worked on, and what it came from, the last ones too."""
+        """Return the lines of a body, with its best measurement.
+
+        A robot of `worked_on`, or one from which such a robot was made, has its last measurements as well.
+        """
         made = next(one for one in self._done if one.made == robot)
         scenes = [one for one in self._done if one.name == "assemble" and one.values.get("robot") == robot]
         family = self._exploration.families().get(robot, "")
@@ -180,20 +185,20 @@ class Board:
         return "\n".join([*lines, *([f"  - and {more} other results"] if more else [])])
 
     def _line(self, one: ToolRecord, best: ToolRecord | None) -> str:
-        """Return a call and its result in a line; of the best one its script as well."""
+        """Return a call and its result in one line; for the best result with its script."""
         line = f"{one.name} {_brief(one)}: {excerpt(one.headline, _LINE)}"
         script = str(one.values.get("script", "")) if one is best else ""
         return line + f"; script: {excerpt(' / '.join(script.splitlines()), _SCRIPT)}" * bool(script)
 
     def _said(self, exchange: Exchange) -> Message:
-        """Return a reply as it was, but for MJCF that is kept."""
+        """Return a reply as a message, unchanged except that MJCF stored under a name is left out."""
         calls = tuple(_without_kept(*pair) for pair in zip(exchange.calls, exchange.results, strict=True))
         if self.native:
             return Message(role="assistant", text=exchange.said, tool_calls=calls)
         return Message(role="assistant", text="\n\n".join(filter(None, (exchange.said, calls_as_text(calls)))))
 
     def _brought(self, exchange: Exchange, board: str) -> Message:
-        """Return the results of a reply as the next turn, with their pictures."""
+        """Return the results of a reply as the next message, with their pictures and the board."""
         pairs = zip(exchange.calls, exchange.results, strict=True)
         outputs = tuple(ToolOutput(id=call.id, name=call.name, text=one.text) for call, one in pairs)
         pictures = tuple(png for one in exchange.results for png in one.pictures)
@@ -206,7 +211,7 @@ class Board:
 
 
 def _without_kept(call: ToolCall, result: ToolRecord) -> ToolCall:
-    """Return a call without MJCF that is kept under a name."""
+    """Return a call without its MJCF if that is stored under a name."""
     if not result.made or not isinstance(result.values.get("mjcf"), str):
         return call
     short = {**result.values, "mjcf": f"(kept as {result.made})"}
@@ -219,7 +224,7 @@ def _rest(headline: str) -> str:
 
 
 def _brief(one: ToolRecord) -> str:
-    """Return the arguments of a measurement in brief."""
+    """Return the main arguments of a measurement as a short text."""
     values = one.values
     how: dict[str, Any] = values.get("how") or {}
     varied = f"{values.get('attribute', '')} of {values.get('select', '')}" if values.get("attribute") else ""

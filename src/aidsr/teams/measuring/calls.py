@@ -1,4 +1,4 @@
-"""Calls of tools in the text of a reply, for models and servers that take no tools."""
+"""Tool calls in the text of a reply, for models and servers without tool support."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _FENCE = re.compile(
     r"^[ \t]*+```[ \t]*+(tool|argument)[ \t]++(\w++)[ \t]*+\n(.*?)(?:^[ \t]*+```[ \t]*+$|\Z)", re.MULTILINE | re.DOTALL
 )
 _LONG = ("mjcf", "patch", "script")
-"""Arguments that stand in blocks of their own."""
+"""Arguments that have their own blocks."""
 
 
 @dataclass(frozen=True)
@@ -25,16 +25,17 @@ class DescribedTool:
     name: str
     description: str
     arguments: tuple[str, ...]
-    """A line for each."""
+    """One line for each argument."""
 
 
 def calls_in_text(reply: str) -> tuple[ToolCall, ...]:
-    """Return the calls in a reply, in order, numbered from 1.
+    """Return the tool calls in a reply, in order, numbered from 1.
 
-    A block "tool NAME" holds the arguments as JSON; blocks "argument NAME" behind it add long ones as they are.
+    A block "tool NAME" contains the arguments as JSON; blocks "argument NAME" after it add long arguments as plain
+    text.
 
     Raises:
-        ReplyError: An argument comes before any tool, or the JSON of a call is no object.
+        ReplyError: An argument comes before any tool, or the arguments of a call are not a JSON object.
     """
     calls: list[tuple[str, dict[str, Any]]] = []
     for kind, name, text in _FENCE.findall(reply):
@@ -51,7 +52,7 @@ def calls_in_text(reply: str) -> tuple[ToolCall, ...]:
 
 
 def calls_as_text(calls: Sequence[ToolCall]) -> str:
-    """Return calls as a reply has them in its text, see `calls_in_text`."""
+    """Return calls in the format in which a reply has them in its text, see `calls_in_text`."""
     return "\n".join(block for call in calls for block in _blocks(call))
 
 
@@ -64,19 +65,19 @@ def _blocks(call: ToolCall) -> Iterator[str]:
 
 
 def prose_of(reply: str) -> str:
-    """Return the text of a reply beside its calls, without blank lines: most of them stood around a call."""
+    """Return the text of a reply without its calls and without blank lines, most of which surrounded a call."""
     return "\n".join(line for line in _FENCE.sub("", reply).splitlines() if line.strip()).strip()
 
 
 def results_as_text(outputs: Sequence[ToolOutput]) -> str:
-    """Return the results of calls as the next message."""
+    """Return the results of calls as the text of the next message."""
     return "\n\n".join(f"## {output.id}. {output.name}\n\n{output.text}" for output in outputs)
 
 
 def describe_tools(tools: Sequence[ToolSpec]) -> tuple[DescribedTool, ...]:
-    """Return tools as a prompt shows them: each argument with its type, its default and what it is.
+    """Return tools as a prompt shows them: each argument with its type, its default and its description.
 
-    What is the same for several tools, the fields of an object or an argument, is told of once.
+    Fields of objects and descriptions of arguments that several tools have in common are shown once.
     """
     told: dict[str, str] = {}
     return tuple(DescribedTool(tool.name, tool.description, tuple(_Arguments(tool, told).lines())) for tool in tools)
@@ -94,14 +95,14 @@ def _object(name: str, text: str) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class _Arguments:
-    """The arguments of one tool in words."""
+    """The arguments of one tool as text."""
 
     tool: ToolSpec
     told: dict[str, str]
-    """Objects that were told of, and for which tool."""
+    """Objects and arguments described so far, each with the name of the tool for which it was described."""
 
     def lines(self) -> list[str]:
-        """Return a line for each argument; of objects with their fields."""
+        """Return a line for each argument; for an object with its fields."""
         schema = self.tool.parameters
         return [self._line(name, field) for name, field in schema.get("properties", {}).items()]
 
@@ -129,7 +130,7 @@ class _Arguments:
         return {"string": "text"}.get(field.get("type", ""), str(field.get("type", "any")))
 
     def _object(self, name: str) -> str:
-        """Return an object as its fields, with what each is where that is said; "as for …" where it was told of."""
+        """Return the fields of an object with their types and descriptions; "as for …" if it was described before."""
         first = self.told.setdefault(name, self.tool.name)
         if first != self.tool.name:
             return f"{{as for {first}}}"

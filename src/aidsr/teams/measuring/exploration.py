@@ -1,6 +1,6 @@
-"""Which family a body is of, which families were measured, and which scene the measurements put first.
+"""State of the exploration: the family of each body, the families measured so far, and the best measured scene.
 
-All of it follows from the calls on record, so a session that goes on after it was interrupted comes to the same.
+It is derived from the recorded calls alone, so a session resumed after an interruption has the same state.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from aidsr.tools.probing import MEAN_PROGRESS
 
 _MEASURES = ("measure", "play", "probe", "train", "sweep")
 HOPELESS = 3
-"""Robots of a family that came to no measurement, from which it need not be measured. Our choice: a first one and two
-that were to cure it."""
+"""Number of robots without a measurement after which a family need not be measured. Our choice: a first robot and two
+attempts to repair it."""
 _BETTER = 0.05
-"""By which another scene's progress has to be higher to count as better. Our choice: below the spread over seeds."""
+"""Difference in progress above which another scene counts as better. Our choice: below the spread over seeds."""
 
 
 def _validate(workspace: Workspace, *, family: str, **arguments: Any) -> Result:
-    """Validate a robot of a family that was proposed."""
+    """Validate a robot of one of the proposed families."""
     known = proposed_families(workspace)
     if family.strip().lower() not in known:
         raise UserError(
@@ -47,23 +47,23 @@ VALIDATE = Tool(
     create_model("validate", __base__=TOOLS["validate"].arguments, **_FAMILY),
     _validate,
 )
-"""The tool of this name, of a team that has to say which family a robot is of."""
+"""The tool `validate` with an additional argument: this team has to state the family of a robot."""
 
 
 @dataclass(frozen=True)
 class Exploration:
-    """What the calls on record say of families and scenes."""
+    """Families and scenes of a session, derived from its recorded calls."""
 
     records: Sequence[ToolRecord]
     workspace: Workspace
 
     @property
     def done(self) -> list[ToolRecord]:
-        """Calls that were carried out."""
+        """Records of the calls that were carried out."""
         return [record for record in self.records if record.outcome == "done"]
 
     def families(self) -> dict[str, str]:
-        """Return the family of each robot and scene, by name; what came from elsewhere has none."""
+        """Return the family of each robot and scene, by its name; robots that were not validated here have none."""
         found: dict[str, str] = {}
         for record in self.done:
             made = record.text.partition(":")[0]
@@ -74,7 +74,7 @@ class Exploration:
         return found
 
     def measured(self) -> set[str]:
-        """Return the robots and scenes that were measured, and the robots of these scenes."""
+        """Return the names of the robots and scenes that were measured, and of the robots of these scenes."""
         robots = {
             record.text.partition(":")[0]: str(record.values["robot"])
             for record in self.done
@@ -88,19 +88,19 @@ class Exploration:
         return found | {robots[name] for name in found if name in robots}
 
     def proposed(self) -> list[str]:
-        """Return the families that were proposed last, in lower case; none before there are any."""
+        """Return the families of the last proposal, in lower case; empty before the first proposal."""
         asked = next((record.values["families"] for record in reversed(self.done) if record.name == "propose"), ())
         return list(dict.fromkeys(str(family["name"]).strip().lower() for family in asked))
 
     def unmeasured(self) -> list[str]:
-        """Return the families of which no body was measured yet, without those that came to nothing often enough."""
+        """Return the proposed families without a measured body, except those with `HOPELESS` or more robots."""
         families, measured = self.families(), self.measured()
         there = {families.get(name, "") for name in measured}
         made = [family for name, family in families.items() if name.startswith("robot")]
         return [family for family in self.proposed() if family not in there and made.count(family) < HOPELESS]
 
     def progress_again(self, scene: str) -> float | None:
-        """Return the mean progress of a scene over the seeds of its probes; None where there were fewer than two."""
+        """Return the mean progress of a scene over the seeds of its probes; None for fewer than two seeds."""
         about = [record for record in self.done if record.name == "probe" and record.values.get("scene") == scene]
         probes = [record for record in about if MEAN_PROGRESS in record.figures]
         if len({seed for record in probes for seed in seeds_of(record)}) < 2:
@@ -108,24 +108,24 @@ class Exploration:
         return fmean([record.figures[MEAN_PROGRESS] for record in probes], [len(seeds_of(record)) for record in probes])
 
     def best_again(self) -> tuple[str, float] | None:
-        """Return the stable scene that came farthest over several seeds, and how far; None where there is none."""
+        """Return the stable scene with the most progress over several seeds, and this progress; None without one."""
         scenes = dict.fromkeys(str(record.values.get("scene")) for record in self.done if record.name == "probe")
         stable = [scene for scene in scenes if self.workspace.record(scene).stable]
         found = [(scene, far) for scene in stable if (far := self.progress_again(scene)) is not None]
         return max(found, key=lambda one: one[1], default=None)
 
     def better_than(self, scene: str) -> str:
-        """Return why another scene is the better result by the same measurements, "" where none is."""
+        """Return a clause that says which other scene is better by the same measurements; "" if none is."""
         own, best = self.progress_again(scene), self.best_again()
         if own is None or best is None or best[1] <= own + _BETTER:
             return ""
         return f"over several seeds {best[0]} came to progress {best[1]:.2f} and {scene} to {own:.2f}"
 
     def script_for(self, scene: str) -> str:
-        """Return the script with which a training of a scene had best begin.
+        """Return the script with which a training of a scene should start.
 
-        That is the one that won most of the variations in which it was played or trained with, at least half. Empty
-        where none did, or where a training from nothing won more.
+        It is the script, played or used in a training, with the highest expected share of won episodes. Empty if that
+        share is less than a half, or if a training without a script has a higher one.
         """
         about = [one for one in self.done if one.values.get("scene") == scene and "success" in one.figures]
         found = [(_expected_share(one), str(one.values.get("script", ""))) for one in reversed(about)]
@@ -133,7 +133,7 @@ class Exploration:
         return script if share >= SUCCESSFUL_SHARE else ""
 
     def succeeded(self) -> tuple[str, str] | None:
-        """Return the stable scene whose training succeeded, and what was told of it; None where none did."""
+        """Return the first stable scene whose training succeeded, and the first line of its result; None if none."""
         for record in self.done:
             won = record.figures.get("success", 0.0) >= SUCCESSFUL_SHARE and record.figures.get("valid", 0.0)
             if record.name == "train" and won and self.workspace.record(record.values["scene"]).stable:
@@ -142,7 +142,7 @@ class Exploration:
 
 
 def _expected_share(record: ToolRecord) -> float:
-    """Return the share of other episodes that will be won; few that were won say less than many.
+    """Return the expected share of won episodes among further ones; a result over few episodes has less weight.
 
     Source: Laplace's rule of succession.
     """
@@ -151,6 +151,6 @@ def _expected_share(record: ToolRecord) -> float:
 
 
 def seeds_of(record: ToolRecord) -> Sequence[int]:
-    """Return the seeds of a probe."""
+    """Return the seeds of a probe: those given, or the default of the tool."""
     seeds: Sequence[int] = record.values.get("seeds", TOOLS["probe"].arguments.model_fields["seeds"].default)
     return seeds

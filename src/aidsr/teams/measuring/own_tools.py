@@ -1,4 +1,7 @@
-"""The tools that only this team has: it proposes families, keeps the best scene, and finishes with one."""
+"""Tools that only this team has: `propose` families of bodies, `keep` the best scene, and `finish` with a scene.
+
+The docstrings of these three functions and of `Family` are sent to the model as descriptions.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from aidsr.teams.llm.prompts import render
 from aidsr.tools import TOOLS, Result, Tool, Workspace
 
 FEWEST_FAMILIES = 4
-"""Source: our choice; the first idea for a job was rarely the one that did it."""
+"""Minimum number of proposed families. Source: our choice; the first idea for a job was rarely the one that worked."""
 
 
 class Family(Artifact):
@@ -23,15 +26,15 @@ class Family(Artifact):
 
 
 class Chosen(Artifact):
-    """A scene that was kept or finished with."""
+    """A scene that was kept, or with which a session finished."""
 
     scene: str
-    """Empty where the team gave up."""
+    """Name of the scene; empty if the team gave up."""
     why: str
     measured: bool = True
-    """Whether it was measured again before; what was kept when the budget ended may not have been."""
+    """Whether the scene was measured again; a scene that was kept when the budget ended may not have been."""
     ended: str = ""
-    """Why the work ended, as a sentence; empty in what was kept or finished with by a call."""
+    """Sentence that says why the session ended; empty in a record written by the call of `keep` or `finish`."""
 
 
 _FAMILIES = TypeAdapter(tuple[Family, ...])
@@ -75,7 +78,7 @@ def finish(
 
 
 def _read(workspace: Workspace, *, name: str, **arguments: Any) -> Result:
-    """Show the guide to MJCF, or what `read` shows."""
+    """Return the guide to MJCF if `name` is `GUIDE`, else the result of the general tool `read`."""
     if name == GUIDE:
         return Result(text=render("mjcf_guide"))
     return TOOLS["read"].function(workspace, name=name, **arguments)
@@ -88,15 +91,16 @@ READ = Tool(
     TOOLS["read"].arguments,
     _read,
 )
-"""The tool of this name, of a team that is told the guide to MJCF only while it writes its first bodies."""
+"""The tool `read`, which here also shows the guide to MJCF: the prompts of this team have the guide only while it
+writes its first bodies."""
 OWN_TOOLS = {tool.name: tool for tool in (Tool.of(propose), Tool.of(keep), Tool.of(finish))}
 
 
 def require_stable(workspace: Workspace, scene: str) -> None:
-    """Refuse a scene that there is not, or that the validator found unstable.
+    """Check that a scene exists and is stable.
 
     Raises:
-        UserError: It is one.
+        UserError: The scene does not exist, or the validator found it unstable.
     """
     if not workspace.record(scene).stable:
         raise UserError(f"{scene} is not stable: cure the faults that assemble found, then assemble it again")
@@ -108,18 +112,18 @@ def has_families(workspace: Workspace) -> bool:
 
 
 def proposed_families(workspace: Workspace) -> list[str]:
-    """Return the families that were proposed, in lower case; none before there are any."""
+    """Return the proposed families, in lower case; empty before the first proposal."""
     path = workspace.folder / "families.json"
     families = _FAMILIES.validate_json(path.read_bytes()) if path.is_file() else ()
     return list(dict.fromkeys(family.name.strip().lower() for family in families))
 
 
 def chosen(workspace: Workspace, which: str) -> Chosen | None:
-    """Return the scene that was "kept" or "finished" with; None where none was."""
+    """Return the scene recorded as `which`, "kept" or "finished"; None if there is none."""
     path = workspace.folder / f"{which}.json"
     return Chosen.model_validate_json(path.read_bytes()) if path.is_file() else None
 
 
 def write_chosen(workspace: Workspace, which: str, value: Chosen) -> None:
-    """Note a scene as "kept" or "finished" with."""
+    """Record a scene as `which`, "kept" or "finished"."""
     (workspace.folder / f"{which}.json").write_text(value.model_dump_json(indent=2), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Calls of tools as they are kept: what was asked, and what it brought."""
+"""Records of tool calls: their arguments and results."""
 
 from __future__ import annotations
 
@@ -16,51 +16,51 @@ from aidsr.runs.files import JsonFile
 from aidsr.tools.probing import MEAN_PROGRESS
 
 TOOLS_FOLDER, WORK_FOLDER = "tools", "work"
-"""Of the recorded calls, and of what they made, in the folder of an iteration."""
+"""Subfolders of an iteration's folder: for the recorded calls, and for the robots and scenes that they made."""
 FREE = ("propose", "keep", "finish", "read")
-"""Tools that may be called when no calls are left, and are not counted."""
+"""Tools whose calls are not counted and are allowed when no calls are left."""
 _MADE = re.compile(r"((?:robot|scene)_\d+):")
 
 
 class ToolRecord(Artifact):
-    """One call of a tool and what it brought."""
+    """One tool call and its result."""
 
     name: str
     arguments: str
-    """As the model wrote them."""
+    """JSON text of the arguments, as the model wrote it."""
     text: str
     pictures: tuple[Png, ...] = ()
     outcome: Literal["done", "failed", "refused"]
-    """Whether it was carried out, could not be, as the text says, or was refused without being tried."""
+    """Whether the call was carried out, failed for the reason in `text`, or was refused without an attempt."""
     seconds: float
-    """It took."""
+    """Duration of the call [s]."""
     figures: dict[str, float] = Field(default_factory=dict)
-    """What decides between scenes, by name."""
+    """Figures by name, by which code decides between scenes."""
 
     @property
     def counts(self) -> bool:
-        """Whether it counts as one of the calls that a session may make."""
+        """Whether the call counts towards the number of calls that a session may make."""
         return self.outcome != "refused" and self.name not in FREE
 
     @property
     def made(self) -> str:
-        """Name of the robot or scene that it made, "" where it made none."""
+        """Name of the robot or scene that the call made; "" if it made none."""
         found = _MADE.match(self.text) if self.outcome == "done" else None
         return found[1] if found else ""
 
     @property
     def headline(self) -> str:
-        """What it found, in a line: the first one of a result says it."""
+        """First line of the result, which summarizes it."""
         return self.text.partition("\n")[0]
 
     @property
     def subject(self) -> str:
-        """Name of the robot or scene that it was about; of one that was carried out."""
+        """Name of the robot or scene that the call was about; only for a call that was carried out."""
         return str(self.values.get("scene") or self.values.get("subject") or self.values.get("robot") or "")
 
     @property
     def progress(self) -> float | None:
-        """How far the scene came that was played, probed or trained; None where it says nothing of that."""
+        """Progress of the scene that was played, probed or trained; None if the result has no progress."""
         return self.figures.get(MEAN_PROGRESS, self.figures.get("progress"))
 
     @property
@@ -72,20 +72,20 @@ class ToolRecord(Artifact):
 
 @dataclass(frozen=True)
 class Exchange:
-    """A reply that called tools, and what each call brought."""
+    """A reply with tool calls, and the result of each call."""
 
     said: str
-    """The text beside the calls."""
+    """Text of the reply beside the calls."""
     calls: tuple[ToolCall, ...]
     results: tuple[ToolRecord, ...]
-    """In the order of the calls."""
+    """Results in the order of the calls."""
 
 
 def recorded_calls(folder: Path) -> list[ToolRecord]:
-    """Return the calls on record in the folder of an iteration, in their order.
+    """Return the recorded calls in the folder of an iteration, in their order.
 
     Raises:
-        UserError: A file of one is damaged.
+        UserError: The file of a record is damaged.
     """
     paths = sorted((folder / TOOLS_FOLDER).glob("[0-9]*_*.json"))
     return [record for path in paths if (record := JsonFile(path, ToolRecord).read())]

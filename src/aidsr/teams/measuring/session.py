@@ -1,4 +1,4 @@
-"""The conversation of a measuring designer: replies, calls of tools, results, until it finishes."""
+"""The conversation of a measuring designer: replies, tool calls and results, until it finishes."""
 
 from __future__ import annotations
 
@@ -18,11 +18,12 @@ from aidsr.teams.measuring.records import Exchange, ToolRecord
 from aidsr.teams.measuring.toolbox import Toolbox
 
 AT_ONCE = 24
-"""Calls of one reply that are carried out. Our choice: six families are proposed, written, placed and measured."""
+"""Maximum number of calls of one reply that are carried out. Our choice: enough to propose, write, place and measure
+six families."""
 _USELESS = 3
-"""Replies without a call, one after the other, after which a session ends. Our choice."""
+"""Number of consecutive replies without a call after which a session ends. Our choice."""
 _REPLIES_PER_CALL = 2
-"""Replies of a session for each call it may make, at most: a bound for those that only read and repeat."""
+"""Maximum number of replies of a session per call that it may make: a bound for sessions that only read and repeat."""
 
 _NAME = re.compile(r"\b(?:robot|scene)_\d+\b")
 
@@ -32,9 +33,9 @@ class Session:
     """One design by one model with tools.
 
     Attributes:
-        model: Is asked.
-        toolbox: Its tools.
-        text_tools: Whether calls are written as text also by a model that takes tools.
+        model: The language model.
+        toolbox: Tools of the session.
+        text_tools: Whether calls are written as text even if the model supports tools.
     """
 
     model: Model
@@ -48,8 +49,8 @@ class Session:
             start: Prompt of the job.
 
         Raises:
-            ReplyError: It ended without a scene, or gave up.
-            BudgetError: The budget of the run ended before a scene was kept.
+            ReplyError: The session ended without a scene, or the model gave up.
+            BudgetError: The budget of the run ended before there was a scene to return, see `_best`.
             UserError, ModelError: The model gave no reply.
         """
         native = calls_tools(self.model) and not self.text_tools
@@ -77,17 +78,17 @@ class Session:
         return self._finished() or self._kept_or("The model used all its replies without finishing.")
 
     def told(self, start: str, exchanges: Sequence[Exchange], native: bool) -> tuple[Message, ...]:
-        """Return the conversation: how to work, the job, and what is told of the exchanges so far."""
+        """Return the messages of the next question: system prompt, job, and the summary of the exchanges so far."""
         board = Board(exchanges, self.toolbox, native)
         tools = () if native else describe_tools(self.toolbox.specs)
         system = render("measuring", tools=tools, at_once=AT_ONCE, explores=board.explores)
         return (Message(role="system", text=system), Message(role="user", text=start), *board.turns())
 
     def _finished(self) -> Chosen | None:
-        """Return what the session finished with, or the scene whose training succeeded; None while there is none.
+        """Return the scene with which the session finished, or the scene whose training succeeded; None if neither.
 
         Raises:
-            ReplyError: It gave up.
+            ReplyError: The model gave up.
         """
         found = chosen(self.toolbox.workspace, "finished")
         if found is not None and not found.scene:
@@ -101,17 +102,17 @@ class Session:
         return found
 
     def _kept_or(self, reason: str) -> Chosen:
-        """Return the scene that was kept.
+        """Return the best scene so far, see `_best`.
 
         Raises:
-            ReplyError: None was, with the reason why the session ended.
+            ReplyError: There is none; the message has the reason why the session ended.
         """
         if best := self._best(reason):
             return best
         raise ReplyError(f"{reason} It had kept no scene.")
 
     def _best(self, ended: str) -> Chosen | None:
-        """Return the scene that came farthest over several seeds, else the one that was kept; None where none was."""
+        """Return the scene with the most progress over several seeds, else the scene that was kept; None if neither."""
         if found := self.toolbox.exploration.best_again():
             why = f"It came farthest of what was measured by several seeds, to progress {found[1]:.2f}."
             return Chosen(scene=found[0], why=why, ended=ended)
@@ -121,9 +122,9 @@ class Session:
     def _results(self, calls: Sequence[ToolCall], exchanges: Sequence[Exchange]) -> tuple[ToolRecord, ...]:
         """Carry out the calls of a reply, in order.
 
-        A reply may name what its own earlier calls make. Where one of these repeats an earlier call, it brings what
-        that made, so names are other than the model thought: what names anything newer than the last reply's results is
-        not carried out then.
+        A call may name robots and scenes that earlier calls of the same reply make. If one of those repeats a previous
+        call, it returns what that call made, so the names that follow differ from those that the model expected. Later
+        calls of the reply are then not carried out if they name anything that did not exist before the reply.
         """
         known = {one.made for exchange in exchanges for one in exchange.results}
         made = set(known)
@@ -151,7 +152,7 @@ def _not_carried_out(call: ToolCall, why: str) -> ToolRecord:
 
 
 def _calls_of(record: CallRecord, native: bool) -> tuple[tuple[ToolCall, ...], tuple[Message, ...]]:
-    """Return the calls of a reply; where it has none, the conversation with what was wrong with it."""
+    """Return the calls of a reply; if it has none, also the conversation continued by a complaint."""
     if complaint := complaint_about(record, needs_text=not record.tool_calls):
         return (), with_complaint(record, complaint)
     try:

@@ -34,26 +34,26 @@ def measuring_team(
 ) -> Team:
     """Return the team for one folder of a run.
 
-    Its session makes robot and placement together; it runs where the loop asks its Coder. The Designer's concepts are
-    only numbers, and the Judge passes what was measured.
+    One session makes robot and placement together; it runs when the loop calls the Coder. The Designer's concepts have
+    only numbers, and the Judge passes every scene, because the session has measured it.
 
     Args:
-        model: Is asked.
-        folder: Of the iteration; of the run for its concepts.
+        model: The language model.
+        folder: Folder of the iteration; for concepts, folder of the run.
         level: Level of the task.
-        goal: File of a goal, where success is measured by one.
-        budget: What a session may use of its tools.
-        pictures: Whether the model takes pictures.
-        text_tools: Whether calls are written as text also by a model that takes tools.
+        goal: File of the goal, if success is measured by a goal.
+        budget: Limits for the use of tools in a session.
+        pictures: Whether the model accepts pictures.
+        text_tools: Whether calls are written as text even if the model supports tools.
     """
     roles = _Roles(model, folder, level, goal, budget, pictures, text_tools)
     return Team(designer=roles, coder=roles, integrator=roles, judge=roles)
 
 
 def copy_measured(recorded: Run, run: Run, folder: Path) -> None:
-    """Copy what a recorded run measured into the same folder of a run that replays it, unless it is there.
+    """Copy the measurements of a recorded run into the same folder of a run that replays it, unless they exist there.
 
-    So a replay measures nothing again: its replies are only the same where every result is.
+    A replay therefore measures nothing again: the recorded replies fit only if every result is the same.
     """
     source = recorded.path / folder.relative_to(run.path)
     for name in (WORK_FOLDER, TOOLS_FOLDER):
@@ -63,7 +63,7 @@ def copy_measured(recorded: Run, run: Run, folder: Path) -> None:
 
 @dataclass(frozen=True)
 class _Roles:
-    """All four roles."""
+    """The four roles in one class."""
 
     model: Model
     folder: Path
@@ -74,7 +74,7 @@ class _Roles:
     text_tools: bool
 
     def propose(self, brief: Brief, count: int) -> tuple[Concept, ...]:
-        """Return `count` concepts that are only numbers: a session proposes families of its own."""
+        """Return `count` concepts that have only numbers: each session proposes its own families."""
         return tuple(
             Concept(
                 name=f"Measured design {number} of {count}",
@@ -88,7 +88,7 @@ class _Roles:
         )
 
     def revise(self, brief: Brief, concept: Concept, robot: Robot | None, feedback: str) -> Concept:
-        """Return the concept with what is asked for."""
+        """Return the concept with the feedback as its rationale."""
         del brief, robot
         return concept.model_copy(update={"rationale": feedback})
 
@@ -96,19 +96,19 @@ class _Roles:
         """Return the robot of the scene that a session ends with.
 
         Raises:
-            ReplyError: It ended without one.
+            ReplyError: The session ended without a scene.
         """
         return self._designed(brief, concept, None, None)
 
     def repair(self, brief: Brief, concept: Concept, robot: Robot, feedback: Feedback) -> Robot:
-        """Return the robot of a further session that begins with the robot and what is wrong with it."""
+        """Return the robot of a further session that starts with the present robot and the feedback."""
         return self._designed(brief, concept, robot, feedback)
 
     def place(self, brief: Brief, concept: Concept, robot: Robot) -> Placement:
         """Return the placement of the scene that the session ended with.
 
         Raises:
-            ReplyError: No session has ended here.
+            ReplyError: No session has ended in this folder.
         """
         del concept, robot
         workspace = self._workspace(brief)
@@ -120,7 +120,7 @@ class _Roles:
     def adjust(
         self, brief: Brief, concept: Concept, robot: Robot, placement: Placement, feedback: Feedback
     ) -> Placement:
-        """Return the placement of the last session here, or else as it was."""
+        """Return the placement of the last session in this folder, or the given placement if there was none."""
         del concept, robot, feedback
         workspace = self._workspace(brief)
         found = chosen(workspace, "finished")
@@ -153,12 +153,12 @@ class _Roles:
 
 
 def _first_robot(workspace: Workspace, robot: Robot) -> str:
-    """Keep the robot that came back as the first of a workspace, once, and return its name."""
+    """Store the robot to be repaired as the first robot of a workspace, unless that was done, and return its name."""
     return "robot_1" if (workspace.folder / "robot_1").is_dir() else workspace.add_robot(robot)
 
 
 def _words(feedback: Feedback | None) -> str:
-    """Return what sent a robot back, in words."""
+    """Return the feedback on a robot as text; empty without feedback."""
     match feedback:
         case ValidationReport():
             return feedback.account()
@@ -169,7 +169,7 @@ def _words(feedback: Feedback | None) -> str:
 
 
 def _result(workspace: Workspace, found: Chosen) -> Robot:
-    """Return the robot of the scene that a session ended with, why it did in its notes; note the end."""
+    """Record the scene with which a session ended, and return its robot, with the reason for the end in its notes."""
     if chosen(workspace, "finished") is None:
         write_chosen(workspace, "finished", found)
     robot = workspace.robot(workspace.record(found.scene).robot)

@@ -1,4 +1,4 @@
-"""The tools of a session: each call and its result on record, an answered call never carried out again, a budget."""
+"""The tools of a session: every call is recorded, a repeated call returns its record, and a budget limits the calls."""
 
 from __future__ import annotations
 
@@ -18,21 +18,22 @@ from aidsr.teams.measuring.records import FREE, TOOLS_FOLDER, ToolRecord, record
 from aidsr.tools import TOOLS, Result, Tool, Workspace
 
 _FEWEST_SEEDS, _FEWEST_VARIATIONS = 2, 3
-"""With which a scene is measured again before it is the result. Our choice."""
+"""Minimum number of probe seeds, or of variations of a played script, with which a scene has to be measured again
+before it can be the result. Our choice."""
 MAKES: dict[str, Literal["robot", "scene"]] = {
     "validate": "robot",
     "edit": "robot",
     "fix": "robot",
     "assemble": "scene",
 }
-"""What the tools that make something make."""
+"""Tools that make a robot or a scene, with what they make."""
 _OF_AN_OWNER = ("task", "level", "realizable")
 """Arguments that are of no use to a team, which works for one job."""
 
 
 @dataclass(frozen=True)
 class ToolBudget:
-    """What a session may use of its tools."""
+    """Limits for the use of tools in a session: number of calls, and their total duration [min]."""
 
     calls: int
     minutes: float
@@ -43,11 +44,11 @@ class Toolbox:
     """The tools of one session.
 
     Attributes:
-        workspace: Where robots and scenes are kept.
-        folder: Where calls are kept, in its folder "tools".
-        budget: What may be used.
-        pictures: Whether the model takes pictures; without, it has no tool that draws.
-        explore: Whether a body of each family has to be measured before one is refined; not where a robot came back.
+        workspace: Workspace with the robots and scenes.
+        folder: Folder whose subfolder "tools" has the recorded calls.
+        budget: Limits for the calls.
+        pictures: Whether the model accepts pictures; if not, it has no tool that draws.
+        explore: Whether a body of each family has to be measured before one is refined; False to repair a robot.
         clock: Time source [s].
     """
 
@@ -59,7 +60,7 @@ class Toolbox:
     clock: Callable[[], float] = time.monotonic
     _records: list[ToolRecord] = field(default_factory=list)
     _unused: list[ToolRecord] = field(default_factory=list)
-    """Records of an interrupted session that no call of this process has come to yet."""
+    """Records of an interrupted session that no call of this process has used yet."""
 
     def __post_init__(self) -> None:
         self._records = recorded_calls(self.folder)
@@ -67,7 +68,7 @@ class Toolbox:
 
     @property
     def tools(self) -> dict[str, Tool]:
-        """The tools by name, in the order in which they are told of."""
+        """The tools by name, in the order in which the model sees them."""
         propose, *others = OWN_TOOLS.values()
         here = {tool.name: tool for tool in (VALIDATE, READ)}
         known = {propose.name: propose, **TOOLS, **here, **{tool.name: tool for tool in others}}
@@ -75,7 +76,7 @@ class Toolbox:
 
     @property
     def specs(self) -> tuple[ToolSpec, ...]:
-        """The tools as a model is told of them."""
+        """The tools as they are described to the model."""
         return tuple(
             ToolSpec(name=tool.name, description=tool.description, parameters=_of_a_team(tool.schema))
             for tool in self.tools.values()
@@ -83,20 +84,20 @@ class Toolbox:
 
     @property
     def calls_made(self) -> int:
-        """Calls that count."""
+        """Number of calls that count towards the budget."""
         return sum(record.counts for record in self._records)
 
     @property
     def minutes_used(self) -> float:
-        """Time that calls took."""
+        """Total duration of the calls [min]."""
         return sum(record.seconds for record in self._records) / 60
 
     def call(self, call: ToolCall) -> ToolRecord:
-        """Carry out a call and record it, or return what the same call brought before.
+        """Carry out a call and record it, or return the record of the same call before.
 
-        A mistake in it is a result as well; where a robot or a scene was to be made, its name is used up, so that names
-        of later calls of a reply are those that the model counted on. A session that goes on after it was interrupted
-        comes to its calls in their order; after that, a measurement that was asked for before is not carried out again.
+        A mistake in a call is a result as well. If the call should have made a robot or a scene, its name is used up,
+        so that later calls of the reply make the names that the model expects. A resumed session first uses the records
+        of the interrupted session, each once; after that, a call that was carried out before is not carried out again.
         """
         known = [record for record in self._unused if (record.name, record.arguments) == (call.name, call.arguments)]
         if known:
@@ -150,7 +151,7 @@ class Toolbox:
         return record("done", result.text, result)
 
     def _refused(self, name: str, arguments: dict[str, Any]) -> str:
-        """Return why a call is not carried out now, "" where it is."""
+        """Return why a call is not carried out now; "" if it is."""
         named = (str(arguments.get(key, "")) for key in ("subject", "scene", "robot"))
         if unmade := next(filter(self.workspace.is_skipped, named), ""):
             return f"{unmade} does not exist: the call that was to make it made nothing"
@@ -171,7 +172,7 @@ class Toolbox:
         return ""
 
     def _too_early(self, name: str, arguments: dict[str, Any]) -> str:
-        """Return why a body is not refined or finished with yet: families are left of which none was measured."""
+        """Return why it is too early to refine, train or finish with a body: families are unmeasured; "" if not."""
         if not self.explore or self.spent:
             return ""
         left = self.exploration.unmeasured()
@@ -186,18 +187,18 @@ class Toolbox:
 
     @property
     def exploration(self) -> Exploration:
-        """What the calls so far say of families and scenes."""
+        """Families and scenes, derived from the calls so far."""
         return Exploration(tuple(self._records), self.workspace)
 
     @property
     def spent(self) -> str:
-        """Which part of the budget is used up, in a clause; "" while none is."""
+        """Clause that says which part of the budget is used up; "" while none is."""
         if self.calls_made >= self.budget.calls:
             return f"all {self.budget.calls} calls are used"
         return f"all {self.budget.minutes:g} minutes are used" if self.minutes_used >= self.budget.minutes else ""
 
     def _measured_again(self, scene: object) -> bool:
-        """Whether a scene was measured by several seeds or variations, or trained."""
+        """Whether a scene was measured with several seeds or variations, or trained."""
         about = [record for record in self.exploration.done if record.values.get("scene") == scene]
         seeds = {seed for record in about if record.name == "probe" for seed in seeds_of(record)}
         played = [record.values for record in about if record.name == "play"]
@@ -207,16 +208,16 @@ class Toolbox:
 
 
 def _of_a_team(schema: dict[str, Any]) -> dict[str, Any]:
-    """Return the schema of a tool's arguments without those that only an owner of the job needs."""
+    """Return the schema of a tool's arguments without those that are of no use to a team, see `_OF_AN_OWNER`."""
     kept = {key: one for key, one in schema["properties"].items() if key not in _OF_AN_OWNER}
     used: dict[str, Any] = _short({**schema, "properties": kept})
     return used
 
 
 def _short(value: Any) -> Any:
-    """Return a part of a schema without what tells a model nothing: each question repeats the tools."""
+    """Return a part of a schema without entries that are of no use to a model: each question repeats the schemas."""
     if isinstance(value, dict):
-        # a title is the name again, a length is far beyond what anybody writes, an object's fields have their defaults
+        # a title repeats the name, a maximum length is never reached, the fields of an object have their own defaults
         idle = {"title": str, "maxLength": int, "default": dict}
         return {key: _short(one) for key, one in value.items() if not isinstance(one, idle.get(key, ()))}
     return [_short(one) for one in value] if isinstance(value, list) else value

@@ -1,10 +1,11 @@
-"""Providers of models: what `--model` may name, one record each.
+"""Providers of models: one record for each kind of name that `--model` accepts.
 
     model = connect("anthropic:claude-sonnet-5-5")
     record = model.ask(question)
 
-A provider is a `Provider` record in a file of its own; `registry` lists them and finds the one of a name. Client
-libraries are loaded when `connect` is called, never at import. docs/add_a_provider.md shows how a package adds one.
+Each provider is a `Provider` record in its own file; `registry` lists them and finds the provider of a model name.
+Client libraries are loaded when `connect` is called, never at import. docs/add_a_provider.md shows how a package adds a
+provider.
 """
 
 from aidsr.teams.providers.manual import ManualModel

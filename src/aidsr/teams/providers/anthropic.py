@@ -1,4 +1,4 @@
-"""Anthropic."""
+"""Provider of Anthropic's models."""
 
 from __future__ import annotations
 

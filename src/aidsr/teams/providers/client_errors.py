@@ -1,4 +1,4 @@
-"""Exceptions of a provider's client as our own, with every key redacted."""
+"""Translation of a client library's exceptions into those of AID-SR, with every API key redacted."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from aidsr.core.errors import ModelError, UserError
 from aidsr.teams.providers.retry import TransientError
 
 _READING_FUNCTIONS = frozenset({"_process_response", "_finish_response", "_from_response", "raw_decode"})
-"""Functions in which pydantic-ai, the clients below it and `json` read a reply; an error outside them is not the
-server's."""
+"""Functions in which pydantic-ai, the client libraries below it and `json` parse a reply. An error raised elsewhere is
+not the server's fault."""
 _MAX_DETAIL = 300
-"""Characters of a provider's message that are kept. Source: our choice; HTML error pages run to kilobytes."""
+"""Length to which a provider's message is cut [characters]. Source: our choice; HTML error pages have kilobytes."""
 
 
 def translate_error(error: Exception, name: str, key_variable: str, keys: Iterable[str]) -> Exception:
-    """Return what to raise for an exception of a provider's client.
+    """Return the exception to raise in place of an exception of a provider's client library.
 
     Args:
         error: The exception, as pydantic-ai raised it.
         name: Name of the model.
-        key_variable: Environment variable of its key.
+        key_variable: Name of the environment variable with the model's API key.
         keys: Every known key, to be redacted in the provider's message.
 
     Returns:
-        TransientError when a retry may help, UserError when the person must act, ModelError when the provider will
+        TransientError when a retry may help, UserError when the user must act, ModelError when the provider will
         never accept the request. Any other exception is a bug and is returned as it is, unless it contains a key.
     """
     from pydantic_ai import exceptions as ai
@@ -76,7 +76,7 @@ def encodable(text: str) -> str:
 
 
 def _detail(error: Exception) -> str:
-    """Return the provider's own message, short: "HTTP 429: Rate limit reached"."""
+    """Return the provider's own message, shortened, such as "HTTP 429: Rate limit reached"."""
     status = getattr(error, "status_code", None)
     body = getattr(error, "body", None)
     message = _message(body) if body else "" if status else f"{type(error).__name__}: {error}"
@@ -87,7 +87,7 @@ def _detail(error: Exception) -> str:
 
 
 def _message(body: object) -> str:
-    """Return the message inside an error body, whichever of the usual shapes it has."""
+    """Return the message inside an error body, which may have any of the usual formats."""
     if isinstance(body, str):
         return body
     if isinstance(body, dict):

@@ -1,4 +1,4 @@
-"""One event loop on a thread of its own, so that any thread can wait for a provider's asynchronous client."""
+"""One event loop in its own thread, so that any thread can wait for a provider's asynchronous client."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def run_coroutine(coroutine: Coroutine[Any, Any, T]) -> T:
 
 
 def _event_loop() -> asyncio.AbstractEventLoop:
-    """Return the loop; it starts with the first call."""
+    """Return the event loop; the first call starts it."""
     with _lock:
         if not _loops:
             loop = asyncio.new_event_loop()

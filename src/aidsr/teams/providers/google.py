@@ -1,4 +1,4 @@
-"""Google."""
+"""Provider of Google's models."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""manual:DIRECTORY: a person, or any program, answers prompts in files.
+"""The model `manual:DIRECTORY`: a person or another program answers prompts through files.
 
 Each call writes NNNN.prompt.md into the directory and waits for NNNN.reply.md beside it.
 """
@@ -40,7 +40,7 @@ class PendingPrompt:
     Attributes:
         prompt: The prompt's file.
         reply: The file in which its reply is expected.
-        role: The role that asks.
+        role: The role that asks the question.
     """
 
     prompt: Path
@@ -48,13 +48,16 @@ class PendingPrompt:
     role: str
 
     def answer_to_reply(self) -> str:
-        """Return what the prompt says about the reply before it, as why it could not be used; empty for a first one."""
+        """Return the message that follows the last earlier reply, such as the reason why that reply was unusable.
+
+        Empty for a prompt without an earlier reply.
+        """
         _, earlier, rest = self.prompt.read_text(encoding="utf-8").rpartition(f"\n===== {_TITLES['assistant']} =====\n")
         return rest.partition(f"\n===== {_TITLES['user']} =====\n")[2].strip() if earlier else ""
 
 
 def pending_prompts(directory: Path) -> tuple[PendingPrompt, ...]:
-    """Return the prompts in a directory that have no reply, in order; empty where there is no directory."""
+    """Return the prompts in a directory that have no reply, in order; empty if the directory does not exist."""
     return tuple(
         PendingPrompt(files.prompt, files.reply, role)
         for files, _, role in _prompt_files(directory)
@@ -63,21 +66,21 @@ def pending_prompts(directory: Path) -> tuple[PendingPrompt, ...]:
 
 
 def prompts_directory(name: str) -> Path | None:
-    """Return the directory of prompts in a model's name, None for a model of another provider."""
+    """Return the prompt directory named in a model's name; None for a model of another provider."""
     prefix, _, directory = name.partition(":")
     return Path(directory) if prefix == MANUAL.prefix and directory else None
 
 
 class ManualModel:
-    """Writes each question into a directory and waits, without a time limit, for its reply to appear there.
+    """A model that writes each question into a directory and waits, without a time limit, for the file with the reply.
 
-    A prompt left there by an interrupted run is not written again: its reply is read, or waited for. Runs may use a
-    directory one after the other: it is locked with the first question, and released by `interrupt`.
+    A prompt that an interrupted run left there is not written again: its reply is read, or waited for. Several runs may
+    use a directory one after the other: the first question locks it, and `interrupt` releases it.
 
     Args:
-        directory: Created with the first question.
-        poll_s: Time between two looks for replies [s].
-        settled_s: Time without change after which a reply counts as complete [s].
+        directory: Directory of the prompts and replies; created with the first question.
+        poll_s: Time between two checks for a reply [s].
+        settled_s: Time without a change after which a reply counts as complete [s].
     """
 
     def __init__(self, directory: Path, *, poll_s: float = 0.3, settled_s: float = 1.0) -> None:
@@ -86,13 +89,13 @@ class ManualModel:
         self._poll_s = poll_s
         self._settled_s = settled_s
         self._claimed: dict[str, list[_PromptFiles]] = {}
-        """Prompt files of this process, by fingerprint of the question."""
+        """Prompt files assigned to the questions of this process, by fingerprint of the question."""
         self._lock: DirectoryLock | None = None
         self._mutex = threading.Lock()
         self._interrupted = threading.Event()
 
     def ask(self, question: Question) -> CallRecord:
-        """Return the reply that was saved in the file beside the prompt.
+        """Write the question as a prompt file, wait for the reply file beside it, and return the record of the call.
 
         Raises:
             UserError: The directory cannot be written or is locked by another run, or the reply is not text in UTF-8.
@@ -110,13 +113,13 @@ class ManualModel:
         """Check the directory before a run starts.
 
         Raises:
-            UserError: It is locked by another run, cannot be written, or is not a directory.
+            UserError: The directory is locked by another run, cannot be written, or is not a directory.
         """
         if self._directory.exists():
             self._lock_directory().release()
 
     def mark_recorded(self, record: CallRecord) -> None:
-        """Note that a run has recorded a reply: asked once more, the same question gets a new prompt."""
+        """Mark the reply of a call as recorded by a run; if the same question is repeated, it gets a new prompt."""
         with self._mutex:
             for files in self._claimed.get(_fingerprint(record.question), ()):
                 if not files.recorded.exists() and _read(files.reply) == record.reply:
@@ -124,7 +127,7 @@ class ManualModel:
                     return
 
     def interrupt(self) -> None:
-        """Let every waiting call and every later one fail, and release the directory for another run."""
+        """Make every waiting call and every later call fail, and release the directory for another run."""
         self._interrupted.set()
         with self._mutex:
             if self._lock:
@@ -184,14 +187,14 @@ class _PromptFiles:
 
     @property
     def recorded(self) -> Path:
-        """An empty file, written once a run has recorded the reply."""
+        """Empty file that is written when a run has recorded the reply."""
         return self.directory / f".{self.number:04d}.taken"
 
     def picture(self, number: int) -> Path:
         return self.directory / f"{self.number:04d}.picture_{number}.png"
 
     def write(self, text: str, pictures: Sequence[bytes]) -> None:
-        """Write the pictures, then the prompt in one step, so that no reader sees half of it."""
+        """Write the pictures, then the prompt atomically, so that no reader sees a partial prompt."""
         for number, png in enumerate(pictures, start=1):
             self.picture(number).write_bytes(png)
         draft = self.directory / f".{self.number:04d}.tmp"
@@ -232,7 +235,7 @@ def _fingerprint(question: Question) -> str:
 
 
 def _is_settled(reply: Path, settled_s: float) -> bool:
-    """Whether there is a reply that has not changed for a while, by its modification time."""
+    """Whether the reply file has text and was not modified during the last `settled_s` seconds."""
     try:
         stat = reply.stat()
     except FileNotFoundError:
@@ -250,7 +253,7 @@ def _read(reply: Path) -> str:
 
 
 def _record(question: Question, name: str, files: _PromptFiles) -> CallRecord:
-    """Return the answered call; its latency is the time from the prompt's file to the reply's."""
+    """Return the record of the answered call; its latency is the time between the prompt file and the reply file."""
     reply = _read(files.reply)
     asked_s, answered_s = files.prompt.stat().st_mtime, files.reply.stat().st_mtime
     return CallRecord(

@@ -33,7 +33,7 @@ def _reference_team(run: Run, config: RunConfig) -> Team:
 
 
 def _search_team(run: Run, config: RunConfig) -> Team:
-    """Return the team that searches; generations measured before an interruption are read from the run's folder."""
+    """Return the team of the search; generations measured before an interruption are read from the run's folder."""
     from aidsr.teams.baselines.generations import read_search, write_search
     from aidsr.teams.baselines.search import team
 

@@ -1,4 +1,4 @@
-"""Ollama, on this machine unless OLLAMA_BASE_URL names another one."""
+"""Provider of Ollama's models, on this machine unless OLLAMA_BASE_URL names another one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""OpenAI: the Responses API, and Chat Completions under a prefix of its own."""
+"""Providers of OpenAI's models: the Responses API, and Chat Completions under a separate prefix."""
 
 from __future__ import annotations
 

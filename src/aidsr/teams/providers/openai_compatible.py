@@ -1,4 +1,7 @@
-"""Any server that speaks OpenAI's Chat Completions, named by its URL: vLLM, llama.cpp, LM Studio, SGLang, a gateway."""
+"""Provider for any server with OpenAI's Chat Completions API, named by its URL.
+
+Examples are vLLM, llama.cpp, LM Studio, SGLang or a gateway.
+"""
 
 from __future__ import annotations
 
@@ -15,10 +18,10 @@ if TYPE_CHECKING:
 
 
 def chat_completions_client(service: str, model: str, url: str, key: str | None) -> Client:
-    """Return a client for a server that speaks Chat Completions as most do, not as OpenAI itself does.
+    """Return a client for a Chat Completions server other than OpenAI's own.
 
-    Such servers ignore `max_completion_tokens` and know `max_tokens`; strict chat templates refuse a system message
-    after the first place.
+    Most of these servers ignore `max_completion_tokens` and use `max_tokens`; strict chat templates reject a system
+    message that is not the first message.
     """
     from pydantic_ai.models.openai import OpenAIChatModel
     from pydantic_ai.profiles.openai import OpenAIModelProfile
@@ -35,7 +38,7 @@ def _connect(endpoint: Endpoint) -> RemoteModel:
 
 
 def _normalize(argument: str) -> str:
-    """Return MODEL@URL without a trailing slash. It is recorded in run folders, so it must not carry a secret."""
+    """Return MODEL@URL without a trailing slash. It is recorded in run folders, so it must not contain a secret."""
     model, _, url = argument.partition("@")
     if not model or model != model.strip():
         raise UserError(f'"{argument}" lacks the model; write MODEL@URL without spaces')
@@ -48,7 +51,7 @@ def _normalize(argument: str) -> str:
                 "environment variable AIDSR_API_KEY instead"
             )
         host, _ = parts.hostname, parts.port
-    except ValueError:  # brackets without an end, or a port that is not a number
+    except ValueError:  # unclosed brackets, or a port that is not a number
         raise unusable from None
     if parts.scheme not in {"http", "https"} or not host or " " in url:
         raise unusable

@@ -1,4 +1,4 @@
-"""OpenRouter: models of many makers behind one key; it reports the cost of each call."""
+"""Provider of OpenRouter's models: many makers with one API key. The server reports the cost of each call."""
 
 from __future__ import annotations
 

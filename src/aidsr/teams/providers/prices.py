@@ -11,13 +11,13 @@ if TYPE_CHECKING:
 
 
 def list_price_usd(price_id: str, model: str, input_tokens: int, output_tokens: int) -> float | None:
-    """Return the list price of a call without any cached input [USD]; None when it is not known.
+    """Return the list price of a call without any cached input [USD]; None if it is unknown.
 
     Args:
-        price_id: Provider as genai-prices names it.
-        model: The model's name at its provider.
-        input_tokens: Tokens of the prompt.
-        output_tokens: Tokens of the reply, reasoning included.
+        price_id: Name of the provider in genai-prices.
+        model: Name of the model at its provider.
+        input_tokens: Number of tokens of the prompt.
+        output_tokens: Number of tokens of the reply, reasoning included.
 
     Source: list prices of the genai-prices package, matched by provider and model name.
     """
@@ -31,7 +31,7 @@ def list_price_usd(price_id: str, model: str, input_tokens: int, output_tokens: 
 
 
 def cost_usd(response: ModelResponse, has_list_price: bool) -> float | None:
-    """Return what a response cost [USD]: as its server reports it, else by list price, None when unknown.
+    """Return the cost of a response [USD]: as reported by its server, else by list price; None if it is unknown.
 
     Args:
         response: The response.

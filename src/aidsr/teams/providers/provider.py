@@ -1,4 +1,4 @@
-"""The record of a provider: everything about one kind of name that `--model` takes."""
+"""The record of a provider: everything about one kind of name that `--model` accepts."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Endpoint:
-    """One model of a provider, with what is needed to reach it.
+    """One model of a provider, with everything needed to call it.
 
     Attributes:
         provider: The provider.
-        name: The whole name, as it is recorded in a run: "anthropic:claude-sonnet-5-5".
+        name: Full name of the model, as it is recorded in a run: "anthropic:claude-sonnet-5-5".
         argument: The name without its prefix: the model's name at its provider, or a path.
         base_url: Address of the service; empty for a provider without one.
-        key: The API key, None where none is set.
+        key: The API key; None if none is set.
         secrets: Every API key in the environment, longest first, to be redacted in error texts.
         retry: Attempts, pauses and time limits of a call.
         clock: Time source for the retries.
@@ -44,12 +44,12 @@ class Endpoint:
 
     @property
     def key_value(self) -> str | None:
-        """The API key in clear."""
+        """The API key in clear text; None if none is set."""
         return self.key.get_secret_value() if self.key else None
 
     @property
     def has_list_price(self) -> bool:
-        """Whether the provider's list prices apply: its own service, not a proxy or a local server."""
+        """Whether the provider's list prices apply: they do for its own service, not for a proxy or a local server."""
         return self.provider.price_id is not None and self.base_url == self.provider.base_url
 
 
@@ -57,25 +57,26 @@ class Endpoint:
 class Provider:
     """One provider of models; docs/add_a_provider.md shows how to add one.
 
-    Exactly one of `connect` and `team` is given: a provider answers questions, or plays the roles without any.
+    Exactly one of `connect` and `team` is given: a provider either has models that answer questions, or it has a team
+    that plays the roles without a language model.
 
     Attributes:
-        prefix: What its names begin with, before the colon: "anthropic" in "anthropic:claude-sonnet-5-5".
-        title: Its name for people.
-        doc: What its title does not say, in a sentence or two.
-        argument: What follows the colon, in capitals: "MODEL", "DIRECTORY"; empty where the prefix is the whole name.
-        example: An example of the argument.
-        connect: Returns the model behind an endpoint; sends nothing yet.
-        team: Returns the team of a run that needs no language model.
-        normalize: Returns the argument as it is recorded; raises UserError for one that cannot be used.
-        key_variables: Environment variables of its API key; the first one that is set counts.
-        needs_key: Whether it refuses calls without a key.
-        base_url: Default address of its service.
-        base_url_variable: Environment variable that replaces `base_url`, for a proxy or another machine.
-        price_id: Provider in genai-prices whose list prices apply; None where prices are unknown.
-        is_free: Whether its calls cost nothing.
+        prefix: Part of a model name before the colon: "anthropic" in "anthropic:claude-sonnet-5-5".
+        title: Name of the provider for display.
+        doc: One or two sentences that add to the title.
+        argument: Kind of text after the colon, in capitals: "MODEL", "DIRECTORY"; empty if the prefix is the full name.
+        example: Example of the argument.
+        connect: Function that returns the model of an endpoint, without sending anything.
+        team: Function that returns the team of a run that needs no language model.
+        normalize: Function that returns the argument as it is recorded, or raises UserError if it is unusable.
+        key_variables: Environment variables for the API key; the first one that is set is used.
+        needs_key: Whether the provider refuses calls without a key.
+        base_url: Default address of the service.
+        base_url_variable: Environment variable that overrides `base_url`, for a proxy or another machine.
+        price_id: Name of the provider in genai-prices whose list prices apply; None if prices are unknown.
+        is_free: Whether calls cost nothing.
         takes_path: Whether the argument is a path, which a run records as absolute.
-        extra: Optional dependency that it needs, see pyproject.toml.
+        extra: Optional dependency that the provider needs, see pyproject.toml.
     """
 
     prefix: str
@@ -102,28 +103,28 @@ class Provider:
 
     @property
     def is_offline(self) -> bool:
-        """Whether it asks no language model: fixed rules, reference robots, a search."""
+        """Whether the provider asks no language model: fixed rules, reference robots, a search."""
         return self.team is not None
 
     @property
     def form(self) -> str:
-        """How its names are written: "anthropic:MODEL"."""
+        """Format of the provider's model names, such as "anthropic:MODEL"."""
         return self.name_of(self.argument)
 
     @property
     def example_name(self) -> str:
-        """A whole name as an example."""
+        """Example of a full model name."""
         return self.name_of(self.example)
 
     def name_of(self, argument: str) -> str:
-        """Return the name of one of its models."""
+        """Return the full name of the model with this argument."""
         return f"{self.prefix}:{argument}" if self.prefix and self.argument else self.prefix or argument
 
     def key(self, environ: Mapping[str, str]) -> SecretStr | None:
-        """Return the API key in an environment, None where none is set.
+        """Return the API key in the environment variables `environ`; None if none is set.
 
         Raises:
-            UserError: The key cannot travel in an HTTP header; the client's own error would print it.
+            UserError: The key cannot be sent in an HTTP header; the client's own error would print the key.
         """
         for variable in self.key_variables:
             key = environ.get(variable, "").strip()
@@ -137,5 +138,5 @@ class Provider:
         return None
 
     def url(self, environ: Mapping[str, str]) -> str:
-        """Return the address of its service in an environment."""
+        """Return the address of the service, given the environment variables `environ`."""
         return environ.get(self.base_url_variable, "") or self.base_url

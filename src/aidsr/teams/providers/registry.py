@@ -1,4 +1,4 @@
-"""From the name of a model to its provider: the built-in ones, and those that installed packages add."""
+"""Lookup of the provider of a model name, among the built-in providers and those of installed packages."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ BUILT_IN = (
     REFERENCE,
     SEARCH,
 )
-"""The order is that of docs/models.md and of the web app."""
+"""Built-in providers, in the order of docs/models.md and of the web app."""
 
 PLUGINS = PluginGroup[Provider](
     group="aidsr.models",
@@ -61,7 +61,7 @@ def providers() -> tuple[Provider, ...]:
 
 
 def provider_of(name: str) -> Provider | None:
-    """Return the provider of a model's name, None where there is none.
+    """Return the provider of a model name; None if there is none.
 
     Raises:
         UserError: The package that adds the provider cannot be loaded.
@@ -76,7 +76,7 @@ def provider_of(name: str) -> Provider | None:
 
 
 def parse_model_name(name: str) -> tuple[Provider, str]:
-    """Return the provider of a model's name and its argument, as it is recorded.
+    """Return the provider of a model name, and the argument in the name as it is recorded.
 
     Raises:
         UserError: The provider is unknown, or its argument is missing or cannot be used.
@@ -104,12 +104,12 @@ def connect(
     retry: RetryPolicy | None = None,
     clock: Clock | None = None,
 ) -> Model:
-    """Return the language model of that name. Nothing is sent yet.
+    """Return the language model with this name, without sending anything.
 
     Args:
         name: "anthropic:MODEL", "MODEL@URL", "manual:DIRECTORY" and so on; docs/models.md lists all.
         environ: Environment variables with keys and base URLs; those of this process by default.
-        retry: Retries and time limits; from the environment by default.
+        retry: Retries and time limits; read from environment variables by default.
         clock: Time source for the retries.
 
     Raises:
@@ -138,13 +138,13 @@ def connect(
 
 
 def is_offline(name: str) -> bool:
-    """Whether a name stands for a team that asks no language model: no key, no cost."""
+    """Whether a name stands for a team that asks no language model, so that it needs no key and costs nothing."""
     provider = provider_of(name)
     return provider is not None and provider.is_offline
 
 
 def destination(name: str, environ: Mapping[str, str] | None = None) -> str:
-    """Return in words where the prompts for a model go, and which key goes with them; empty where none leave.
+    """Return in words where the prompts for a model are sent and with which key; empty if none are sent.
 
     Args:
         name: Name of the model, as for `connect`.
@@ -163,7 +163,7 @@ def destination(name: str, environ: Mapping[str, str] | None = None) -> str:
 
 
 def absolute_name(name: str) -> str:
-    """Return a model's name as it holds in every directory: a path in it made absolute."""
+    """Return a model name that is valid in every working directory: a path in it is made absolute."""
     provider = provider_of(name)
     path = name.partition(":")[2]
     if provider is None or not provider.takes_path or not path.strip():
@@ -174,12 +174,12 @@ def absolute_name(name: str) -> str:
 def price_usd(
     name: str, input_tokens: int, output_tokens: int, environ: Mapping[str, str] | None = None
 ) -> float | None:
-    """Return the price of a call without any cached input [USD]; None when it is not known.
+    """Return the price of a call without any cached input [USD]; None if it is unknown.
 
     Args:
         name: Name of the model, as for `connect`.
-        input_tokens: Tokens of the prompt.
-        output_tokens: Tokens of the reply, reasoning included.
+        input_tokens: Number of tokens of the prompt.
+        output_tokens: Number of tokens of the reply, reasoning included.
         environ: Environment variables; a service at another base URL has no list price.
 
     Raises:
@@ -195,7 +195,7 @@ def price_usd(
 
 
 def _secrets(provider: Provider, environ: Mapping[str, str]) -> tuple[SecretStr, ...]:
-    """Return every key in an environment, longest first."""
+    """Return every API key in the environment variables `environ`, longest first."""
     variables = {variable for each in (*BUILT_IN, provider) for variable in each.key_variables}
     keys = {environ.get(variable, "").strip() for variable in variables} - {""}
     return tuple(SecretStr(key) for key in sorted(keys, key=len, reverse=True))

@@ -1,4 +1,4 @@
-"""A model behind an HTTP service, asked through pydantic-ai."""
+"""A model of an HTTP service, called through pydantic-ai."""
 
 from __future__ import annotations
 
@@ -27,9 +27,11 @@ _WITHOUT_TOOLS = "start the run with text_tools, or name a model that calls tool
 _WITHOUT_PICTURES = "start the run without judge_pictures, or name a model that takes images"
 
 _SHORTEST_KEY = 8
-"""Characters of a key that is redacted in a reply. Our choice: shorter ones, as "none", are words of ordinary text."""
+"""Least length of a key that is redacted in a reply [characters]. Our choice: shorter keys, such as "none", are
+ordinary words."""
 _REASONING_END = "</think>"
-"""Alone where the server's chat template writes the opening tag; pydantic-ai removes whole pairs."""
+"""End tag of the reasoning. It has no opening tag in a reply if the server's chat template writes that one; pydantic-ai
+removes complete pairs."""
 
 _FINISHES: dict[str | None, Finish] = {
     "stop": "stop",
@@ -41,11 +43,11 @@ _FINISHES: dict[str | None, Finish] = {
 
 @dataclass(frozen=True)
 class RemoteModel:
-    """Asks a provider through pydantic-ai.
+    """A model that is called through pydantic-ai.
 
     Attributes:
-        endpoint: Where the model is and how to reach it.
-        client: pydantic-ai's model, which knows the wire format.
+        endpoint: Provider, name, address, key and retry settings of the model.
+        client: Model object of pydantic-ai, which knows the wire format.
     """
 
     endpoint: Endpoint
@@ -58,16 +60,16 @@ class RemoteModel:
 
     @property
     def calls_tools(self) -> bool:
-        """Whether the model takes tools, as far as it is known."""
+        """Whether the model accepts tools; True if it is unknown."""
         return bool(self.client.profile.get("supports_tools", True))
 
     def ask(self, question: Question) -> CallRecord:
-        """Return the reply to a question together with what it cost.
+        """Return the record of a call with the reply to a question and its cost.
 
         Raises:
             UserError: The key was refused, the model does not exist or the account is empty.
-            ModelError: No reply after every retry, or a request the provider will never accept.
-            ValueError: The question has a system message after the first place, which strict servers refuse.
+            ModelError: Every attempt failed, or the provider will never accept the request.
+            ValueError: The question has a system message that is not its first message; strict servers reject that.
         """
         self._check_pictures(question)
         messages = _wire_messages(question.messages)
@@ -122,8 +124,8 @@ class RemoteModel:
     def _attempt(self, question: Question, messages: list[ModelMessage], limit_s: float) -> ModelResponse:
         """Send the question once.
 
-        The exception is raised outside the handler, so that the library's own exception, which may contain a key, is
-        not its context.
+        The exception is raised outside the `except` block, so that the library's own exception, which may contain a
+        key, is not attached to it as its context.
         """
         exchange = Exchange()
         try:
@@ -166,7 +168,7 @@ class RemoteModel:
                 for tool in question.tools
             ]
         )
-        # The client's own limit holds for each piece of a reply; a server could send one piece a minute without end.
+        # The client's own time limit applies to each chunk of a reply; a server could send chunks without end.
         async with asyncio.timeout(limit_s), self.client:
             with watched(exchange):
                 return await model_request(
@@ -177,7 +179,7 @@ class RemoteModel:
         return [key.get_secret_value() for key in self.endpoint.secrets]
 
     def _billed(self, question: Question, exchange: Exchange) -> Usage:
-        """Return what a reply that could not be read was billed for; nothing for one that was no reply of a model."""
+        """Return the billed usage of a reply that could not be read; no usage if it was not a reply of a model."""
         reported = exchange.reported_tokens()
         if reported is None and not (exchange.cut_off or exchange.too_large):
             return Usage()
@@ -212,12 +214,12 @@ def _reply_text(response: ModelResponse) -> str:
 
 
 def _arguments(part: ToolCallPart) -> str:
-    """Return the arguments of a call as text, as the model wrote them where its provider keeps that."""
+    """Return the arguments of a tool call as JSON text: the model's own text if the provider passes that on."""
     return encodable(part.args if isinstance(part.args, str) else json.dumps(part.args or {}))
 
 
 def _with_token_counts(question: Question, response: ModelResponse) -> ModelResponse:
-    """Return a response with its tokens, estimated from the visible text where its server did not count them."""
+    """Return a response with token counts; those that the server did not report are estimated from the visible text."""
     reported = response.usage
     visible = encodable((response.thinking or "") + (response.text or ""))
     visible += "".join(part.tool_name + _arguments(part) for part in response.tool_calls)
@@ -231,7 +233,7 @@ def _with_token_counts(question: Question, response: ModelResponse) -> ModelResp
 
 
 def _wire_messages(messages: tuple[Message, ...]) -> list[ModelMessage]:
-    """Return the conversation as pydantic-ai's messages, word for word."""
+    """Return the conversation as messages of pydantic-ai, with unchanged texts."""
     from pydantic_ai.messages import (
         BinaryContent,
         ModelRequest,

@@ -1,4 +1,4 @@
-"""replay:RUN: a recorded run as the model. It gives its recorded replies to the same prompts again, for free."""
+"""The model `replay:RUN`: a recorded run that gives its recorded replies to the same prompts again, for free."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ from aidsr.runs.folders import Run
 from aidsr.teams.providers.provider import Endpoint, Provider
 
 _MAX_DIFF_LINES = 60
-"""Lines of a diff in an error message. Our choice: a screenful; a changed prompt mostly differs in few places."""
+"""Maximum number of lines of a diff in an error message. Our choice: one screen; a changed prompt mostly differs in few
+places."""
 
 
 class ReplayedModel:
-    """Gives the recorded reply to exactly the questions of a run, in any order.
+    """A model that gives the recorded replies of a run to exactly the same questions, in any order.
 
-    A question that was answered several times is answered as often, in the order of the folders. The cap on output
-    tokens is not part of a prompt and may differ.
+    A question that was answered several times is answered equally often, in the order of the run's folders. The limit
+    on output tokens is not part of a prompt and may differ.
 
     Raises:
         UserError: The folder is not a run, or no model was asked in it.
@@ -47,10 +48,11 @@ class ReplayedModel:
         return any(record.question.tools for record in self._records)
 
     def ask(self, question: Question) -> CallRecord:
-        """Return the recorded reply; it costs nothing, and its cost when recorded is `replayed_cost_usd`.
+        """Return the recorded reply. It costs nothing; `replayed_cost_usd` is the cost at the time of recording.
 
         Raises:
-            ModelError: The run has no reply to this question, or not this often; with a diff to the nearest prompt.
+            ModelError: The run has no reply to this question, or no further one. For an unknown question, the message
+                has a diff to the most similar prompt.
         """
         with self._lock:
             replies = self._replies.get(_prompt(question))
@@ -87,7 +89,7 @@ def _picture_hashes(message: Message) -> str:
 
 
 def _similarity(one: str, other: str) -> float:
-    """Return the share of lines in common."""
+    """Return the similarity of two texts by their lines, 0 to 1."""
     return difflib.SequenceMatcher(None, one.splitlines(), other.splitlines(), autojunk=False).ratio()
 
 

@@ -17,11 +17,11 @@ T = TypeVar("T")
 
 
 class TransientError(Exception):
-    """An attempt failed in a way that another attempt may not.
+    """A failure of one attempt; another attempt may succeed.
 
     Attributes:
-        retry_after_s: Pause the provider asked for [s], None when it named none.
-        usage: What the attempt was billed for, as far as it is known.
+        retry_after_s: Pause requested by the provider [s]; None if it requested none.
+        usage: Billed usage of the attempt, as far as it is known.
     """
 
     def __init__(self, message: str, retry_after_s: float | None = None, usage: Usage | None = None) -> None:
@@ -31,24 +31,25 @@ class TransientError(Exception):
 
 
 class RetryPolicy(BaseSettings):
-    """Attempts, pauses and time limits. Each can be set in the environment as AIDSR_ and its name in capitals."""
+    """Attempts, pauses and time limits; each has an environment variable: AIDSR_ followed by its name in capitals."""
 
     model_config = SettingsConfigDict(frozen=True, extra="forbid", env_prefix="AIDSR_", env_ignore_empty=True)
 
     attempts: int = Field(default=6, ge=1)
-    """Attempts at one call. Source: our choice; with the waits below, six ride out half a minute of trouble."""
+    """Maximum number of attempts at one call. Source: our choice; with the pauses below, six attempts outlast a failure
+    of half a minute."""
     attempt_timeout_s: float = Field(default=900.0, gt=0)
-    """Time limit of one attempt. Source: our choice; 20,000 tokens at 25 tokens a second take 800 s."""
+    """Time limit of one attempt [s]. Source: our choice; 20,000 tokens at 25 tokens a second take 800 s."""
     deadline_s: float = Field(default=3600.0, gt=0)
-    """Time limit of all attempts and pauses of one call. Source: our choice."""
+    """Time limit of all attempts and pauses of one call [s]. Source: our choice."""
     first_wait_s: float = Field(default=1.0, ge=0)
-    """Pause after the first failure; doubled after each further one."""
+    """Pause after the first failure [s]; doubled after each further failure."""
     longest_wait_s: float = Field(default=30.0, ge=0)
-    """Longest pause we choose ourselves; a provider's Retry-After is followed beyond it, up to the deadline."""
+    """Longest pause [s]; a provider may request a longer one by Retry-After, which is limited by the deadline only."""
 
     @classmethod
     def from_environment(cls) -> RetryPolicy:
-        """Return the environment's values over our defaults.
+        """Return the defaults, overridden by the environment variables that are set.
 
         Raises:
             UserError: A variable is not a number in its range.
@@ -76,13 +77,14 @@ def call_with_retries(
 
     Args:
         name: Name of the model, for error messages.
-        attempt: Called with the time it may take [s]; raises TransientError when trying again may help.
+        attempt: Function that makes one attempt. It is called with its time limit [s] and raises TransientError if
+            another attempt may help.
         policy: Attempts, pauses and time limits.
-        clock: Time and sleep.
-        failed: Gets every attempt that failed, in order, also where none succeeds.
+        clock: Time source.
+        failed: List to which every failed attempt is appended, in order, also if no attempt succeeds.
 
     Raises:
-        ModelError: Attempts or time are used up. Any other exception of `attempt` passes through.
+        ModelError: The attempts or the time are used up. Any other exception of `attempt` passes through.
     """
     end = clock.now() + policy.deadline_s
     while True:
@@ -106,7 +108,7 @@ def call_with_retries(
 
 
 def _wait_s(failure: TransientError, failures_before: int, policy: RetryPolicy) -> float:
-    """Return the pause before the next attempt [s]: what the provider asked for, else doubling from the first."""
+    """Return the pause before the next attempt [s]: the provider's request, else doubled with each failure."""
     if failure.retry_after_s is not None and failure.retry_after_s >= 0:  # neither negative nor NaN
         return failure.retry_after_s
     return min(policy.first_wait_s * 2.0**failures_before, policy.longest_wait_s)

@@ -1,4 +1,4 @@
-"""Tokens of a text, estimated where the provider does not count them."""
+"""Estimates of token counts, for providers that do not report them."""
 
 from __future__ import annotations
 
@@ -7,18 +7,20 @@ import math
 from aidsr.core.calls import Question
 
 _BYTES_PER_TOKEN = 3
-"""Our choice: English and MJCF take 3 to 4 bytes a token with current tokenizers, so this rather counts too many."""
+"""Bytes of text per token. Our choice: English and MJCF have 3 to 4 bytes per token with current tokenizers, so
+estimates are rather too high."""
 _TOKENS_PER_PICTURE = 1600
-"""Our choice, rather too many: providers count 250 to 1,600 for pictures of the sizes that we draw."""
+"""Tokens of one picture. Our choice, rather too many: providers count 250 to 1,600 for pictures of the sizes drawn
+here."""
 
 
 def estimate_tokens(text: str) -> int:
-    """Return about how many tokens a text has, from its bytes."""
+    """Return an estimate of the number of tokens of a text, from its number of bytes."""
     return math.ceil(len(text.encode()) / _BYTES_PER_TOKEN)
 
 
 def estimate_input_tokens(question: Question) -> int:
-    """Return about how many tokens a question has, its pictures and tools included."""
+    """Return an estimate of the number of tokens of a question, its pictures and tools included."""
     pictures = sum(len(message.pictures) for message in question.messages)
     texts = [message.text for message in question.messages]
     for message in question.messages:

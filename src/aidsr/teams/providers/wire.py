@@ -1,6 +1,7 @@
-"""The HTTP client of all providers: what a server may send is limited, whatever it says it sends.
+"""The HTTP client of all providers. It limits the size of replies, independent of the size that the server announces.
 
-A megabyte of gzip can unfold to a gigabyte, a stream need not end, and a redirect could take the key to another host.
+A megabyte of gzip can decompress to a gigabyte, a stream may never end, and a redirect could send the key to another
+host.
 """
 
 from __future__ import annotations
@@ -17,23 +18,25 @@ if TYPE_CHECKING:
     import httpx2
 
 MAX_REPLY_BYTES = 16 * 2**20
-"""Bytes of a reply, unpacked. Our choice: a hundred times what 20,000 tokens with their reasoning hold."""
+"""Maximum size of a decompressed reply [bytes]. Our choice: a hundred times the size of 20,000 tokens with their
+reasoning."""
 _TIMEOUT_S, _CONNECT_S = 1200.0, 5.0
-"""Time limits of the client; each request shortens the first to its own. Source: those of pydantic-ai's clients."""
+"""Time limits of the client for a request and for connecting [s]; each request replaces the first by its own, shorter
+one. Source: those of pydantic-ai's clients."""
 _MOST_TOKENS = 100_000_000
-"""Tokens of one call that are believed. Our choice: a hundred times the largest context."""
+"""Largest token count of one call that is accepted as plausible. Our choice: a hundred times the largest context."""
 
 
 @dataclass
 class Exchange:
-    """What a server sent in one attempt."""
+    """The response of a server in one attempt."""
 
     status: int = 0
     body: bytes = b""
     too_large: bool = False
 
     def reported_tokens(self) -> tuple[int, int] | None:
-        """Return the tokens in and out that a reply without usable text says were used; None where it says nothing."""
+        """Return the input and output tokens that a reply without usable text reports; None if it reports none."""
         try:
             reply = json.loads(self.body)
         except (ValueError, RecursionError):
@@ -47,7 +50,7 @@ class Exchange:
 
     @property
     def cut_off(self) -> bool:
-        """Whether a reply began as JSON and cannot be read: it was written, and is paid for."""
+        """Whether the reply begins as JSON but is not valid JSON: the model wrote a reply, which is billed."""
         if self.status != 200 or not self.body.lstrip().startswith(b"{"):
             return False
         try:
@@ -62,7 +65,7 @@ _exchange: ContextVar[Exchange | None] = ContextVar("exchange", default=None)
 
 @contextlib.contextmanager
 def watched(exchange: Exchange) -> Iterator[None]:
-    """Note what a server sends within this block."""
+    """Record in `exchange` what a server sends within this block."""
     token = _exchange.set(exchange)
     try:
         yield
@@ -84,14 +87,14 @@ def http_client() -> httpx2.AsyncClient:
 
 
 def amount(value: object) -> float | None:
-    """Return a number that a server reports, None where it is none, not finite or negative."""
+    """Return a value that a server reports as a number; None if it is not a number, not finite or negative."""
     if not isinstance(value, int | float) or isinstance(value, bool) or not 0 <= value <= sys.float_info.max:
         return None
     return float(value)
 
 
 def token_count(value: object) -> int:
-    """Return a number of tokens that a server reports, 0 where it cannot be one."""
+    """Return a number of tokens that a server reports; 0 if the value is not plausible."""
     number = amount(value)
     return int(number) if number is not None and number <= _MOST_TOKENS else 0
 
@@ -101,7 +104,7 @@ def _first_count(usage: dict[str, Any], *names: str) -> int:
 
 
 async def _read_within_limit(response: httpx2.Response) -> None:
-    """Read a reply piece by piece as it unpacks, so that no more than the limit is ever held."""
+    """Read a reply in chunks as it is decompressed, so that never more than the limit is in memory."""
     exchange = _exchange.get() or Exchange()
     exchange.status, exchange.body = response.status_code, b""
     pieces, size = list[bytes](), 0
@@ -114,4 +117,4 @@ async def _read_within_limit(response: httpx2.Response) -> None:
             pieces.append(piece)
     finally:
         exchange.body = b"".join(pieces)
-    response._content = exchange.body  # as `aread` keeps it; a stream can be read only once
+    response._content = exchange.body  # where `aread` stores it; a stream can be read only once

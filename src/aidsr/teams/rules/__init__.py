@@ -1,4 +1,4 @@
-"""The built-in team: the four roles as rules. Needs no key, costs nothing, and says that it is rules."""
+"""The built-in team: the four roles as fixed rules. It needs no key, costs nothing, and states that it is rules."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ def team(seed: int) -> Team:
     """Return the team that works by rules.
 
     Args:
-        seed: The same seed and brief give the same designs, byte for byte.
+        seed: Seed; the same seed and brief give the same designs, byte for byte.
     """
     from aidsr.teams.rules.coder import RuleCoder
     from aidsr.teams.rules.designer import RuleDesigner

@@ -13,7 +13,7 @@ from aidsr.teams.rules.families.family import Is, Parameters, Quantity
 P = TypeVar("P", bound=Parameters)
 
 _MORE, _LESS = 1.25, 0.8
-"""How much one word changes a number. Our choice: enough to see, not enough to leave what worked."""
+"""Factors by which one word changes a parameter. Our choice: a visible change that stays close to what worked."""
 
 _WORDS: tuple[tuple[str, tuple[Quantity, ...], float], ...] = (
     # A longer limb of the same stiffness would bend and sag more, so its stiffness grows with its length.
@@ -31,11 +31,11 @@ _WORDS: tuple[tuple[str, tuple[Quantity, ...], float], ...] = (
     (r"lighter", ("density", "mass"), _LESS),
     (r"heavier", ("density", "mass"), _MORE),
 )
-"""Words, the quantities they mean, and the factor."""
+"""Regular expressions for words, the quantities to which they refer, and the factor."""
 
 
 def apply_feedback(parameters: P, feedback: str) -> tuple[P, list[str]]:
-    """Return parameters changed as the feedback asks, each within its range, and what of it was understood."""
+    """Return parameters changed as the feedback requests, each within its range, and the requests understood."""
     words, update, understood = feedback.lower(), {}, []
     values: dict[str, Any] = parameters.model_dump()
     for pattern, quantities, factor in _WORDS:
@@ -53,30 +53,30 @@ def apply_feedback(parameters: P, feedback: str) -> tuple[P, list[str]]:
 
 
 def other_family(feedback: str, present: str, suitable: Iterable[str]) -> str | None:
-    """Return a family that the feedback names and that suits the job, other than the present one."""
+    """Return another family than the present one that the feedback names and that suits the job; None without one."""
     return next((name for name in suitable if name != present and re.search(rf"\b{name}s?\b", feedback.lower())), None)
 
 
 def scaled(parameters: P, quantities: Iterable[Quantity], factor: float) -> P:
-    """Return parameters with all that are one of the quantities multiplied by a factor, each within its range."""
+    """Return parameters in which those of the given quantities are multiplied by a factor, each within its range."""
     return parameters.model_copy(update=_multiplied(parameters, quantities, factor))
 
 
 def _multiplied(parameters: Parameters, quantities: Iterable[Quantity], factor: float) -> dict[str, float]:
-    """Return the parameters that are one of the quantities and not 0, multiplied by a factor."""
+    """Return the parameters of the given quantities that are not 0, multiplied by a factor, each within its range."""
     values: dict[str, Any] = parameters.model_dump()
     names = [name for quantity in quantities for name in _names_of(parameters, quantity) if values[name]]
     return {name: _within(parameters, name, values[name] * factor) for name in names}
 
 
 def _names_of(parameters: Parameters, quantity: Quantity) -> list[str]:
-    """Return the parameters that are a quantity, in the order of their class."""
+    """Return the names of the parameters of a quantity, in the order of their definition."""
     fields = type(parameters).model_fields
     return [name for name, field in fields.items() if Is(quantity) in field.metadata]
 
 
 def _within(parameters: Parameters, name: str, value: float) -> float:
-    """Return the value, clipped to the range of its field."""
+    """Return the value, clipped to the range of its field and rounded to five digits."""
     for bound in type(parameters).model_fields[name].metadata:
         if isinstance(bound, annotated_types.Ge) and isinstance(bound.ge, int | float):
             value = max(value, bound.ge)

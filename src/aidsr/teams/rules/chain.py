@@ -1,8 +1,8 @@
 """A soft chain in MJCF: segments that bend in their middle, and the cables that run along them.
 
-A chain of N segments has N joints, each half a segment after the segment's start, and N links between and after the
-joints; the first half segment belongs to the body the chain grows from. Cables pass two guides a segment, at a quarter
-and at three quarters, just outside the body. docs/physics.md says why.
+A chain of N segments has N joints, each in the middle of a segment, and N links between and after the joints; the first
+half segment belongs to the body from which the chain grows. In each segment, cables pass two guides, at a quarter and
+at three quarters of its length, just outside the body. docs/physics.md gives the reasons.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ GUIDE_CLEARANCE_M = 0.0015
 """Distance of a cable from the body's surface [m]. Our choice: a cable of 1 mm in an eyelet, free of the skin."""
 
 _LARGEST_JOINT_ANGLE_RAD = 0.6
-"""Hard stop of a segment [rad]. Our choice: nearly twice the 0.35 rad up to which straight cable spans are accurate."""
+"""Limit of a segment's joint [rad]. Our choice: nearly twice the 0.35 rad up to which straight cable spans are
+accurate."""
 
 
 @dataclass(frozen=True)
@@ -37,10 +38,10 @@ class Chain:
     """A soft limb along its own +z.
 
     Attributes:
-        prefix: Beginning of the links' names: "seg" gives seg01, seg02 …
-        axes: Axes the segments bend about: "xy" in space, "y" in the x-z plane.
-        damping_time_s: beta = c / k of every joint.
-        rest_turn_rad: Turn about y at every joint when no spring is bent, for a body that is curved by nature.
+        prefix: Prefix of the links' names: "seg" gives seg01, seg02 …
+        axes: Axes about which the segments bend: "xy" in space, "y" in the x-z plane.
+        damping_time_s: Damping time beta = c / k of every joint [s].
+        rest_turn_rad: Rotation about y at every joint with relaxed springs, for a body that is curved at rest [rad].
     """
 
     prefix: str
@@ -59,7 +60,7 @@ class Chain:
 
 
 def uniform(count: int, length_m: float, radius_m: float, bending_stiffness_n_m2: float) -> tuple[Segment, ...]:
-    """Return `count` equal segments that make up `length_m`."""
+    """Return `count` equal segments with a total length of `length_m`."""
     return (Segment(length_m / count, radius_m, bending_stiffness_n_m2),) * count
 
 
@@ -69,10 +70,10 @@ class Cable:
 
     Attributes:
         name: Name of the tendon; its guides are NAME_01a, NAME_01b, …
-        angle_rad: Where it runs around the backbone, from the chain's +x towards +y.
-        last: Number of the last segment it runs along.
-        tension_n: Greatest pull of its winch.
-        first: Number of the first one; a winch inside the body lets a cable start later than at 1.
+        angle_rad: Position around the backbone, from the chain's +x towards +y [rad].
+        last: Number of the last segment along which the cable runs.
+        tension_n: Maximum tension of its winch [N].
+        first: Number of the first such segment; with a winch inside the body, a cable can start later than at 1.
     """
 
     name: str
@@ -87,8 +88,8 @@ class Backbone:
     """A chain that has been written.
 
     Attributes:
-        links: The base's half segment (the body the chain grows from), then one body per joint.
-        joint_at_m: For each link but the last, where the next joint is along its z [m].
+        links: The body from which the chain grows, with the first half segment, then one body per joint.
+        joint_at_m: Position of the next joint along the z axis of each link but the last [m].
     """
 
     chain: Chain
@@ -102,7 +103,7 @@ class Backbone:
 
     @property
     def tip_at_m(self) -> float:
-        """Where the chain ends along the last link's z [m]."""
+        """Position of the chain's end along the last link's z axis [m]."""
         return self.chain.segments[-1].length_m / 2.0
 
 
@@ -125,14 +126,14 @@ def write_chain(builder: MjcfBuilder, root: etree._Element, chain: Chain) -> Bac
         joint_at.append(halves[number - 1] + halves[number])
         _skin(body, chain, number, joint_at[-1])
         links.append(body)
-    # MuJoCo filters contacts between parent and child, but not where the parent stands still in the world.
+    # MuJoCo filters contacts between parent and child, but not if the parent is fixed to the world.
     builder.exclude(str(root.get("name")), f"{chain.prefix}01")
     _exclude_overlapping(builder, chain, links)
     return Backbone(chain, tuple(links), tuple(joint_at[:-1]))
 
 
 def _exclude_overlapping(builder: MjcfBuilder, chain: Chain, links: list[etree._Element]) -> None:
-    """Let links two apart pass where they are thicker than long: they overlap at rest."""
+    """Exclude contacts between links two apart that are thicker than long, because they overlap at rest."""
     for number in range(2, len(links)):
         between = chain.segments[number - 1].length_m / 2.0 + chain.segments[number - 2].length_m / 2.0
         if 2.0 * chain.segments[number - 2].radius_m > between * 0.95:
@@ -177,7 +178,7 @@ def _skin(body: etree._Element, chain: Chain, number: int, length_m: float) -> N
 
 
 def route_cable(builder: MjcfBuilder, backbone: Backbone, cable: Cable) -> None:
-    """Lead a cable through its guides and give it a winch that can only pull."""
+    """Route a cable through its guides, and add a winch that can only pull."""
     tendon = add(builder.tendon, "spatial", name=cable.name)
     for number in range(cable.first, cable.last + 1):
         segment = backbone.chain.segments[number - 1]
@@ -192,7 +193,7 @@ def route_cable(builder: MjcfBuilder, backbone: Backbone, cable: Cable) -> None:
 
 
 def add_winch(builder: MjcfBuilder, tendon: str, tension_n: float) -> None:
-    """Drive a tendon with a winch whose control is the cable tension [N], and measure length and force."""
+    """Add a winch to a tendon, controlled by the cable tension [N], and sensors of the tendon's length and force."""
     label = tendon.removeprefix("tendon_")
     ranges: dict[str, tuple[float, float]] = {"ctrlrange": (0.0, tension_n), "forcerange": (-tension_n, 0.0)}
     add(builder.actuator, "general", class_="winch", name=f"pull_{label}", tendon=tendon, **ranges)

@@ -1,4 +1,4 @@
-"""The Coder as rules: writes a family's MJCF, and repairs any robot's text by fault code."""
+"""The Coder as rules: it writes the MJCF of a family's robot, and repairs the MJCF of any robot by fault code."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class RuleCoder:
     """Writes and repairs robots without a language model.
 
     Attributes:
-        families: It can write robots of these.
+        families: Families whose robots it can write.
     """
 
     families: Families = field(default_factory=load_families)
@@ -34,7 +34,7 @@ class RuleCoder:
 
         Raises:
             UserError: The concept is of a family that the built-in rules cannot write.
-            ReplyError: It would change what a person wants to keep.
+            ReplyError: The robot would change a part that the user wants to keep.
         """
         return _with_kept(brief, self._written(brief, concept))
 
@@ -49,10 +49,12 @@ class RuleCoder:
         return self.families[concept.family].write_concept(concept)
 
     def repair(self, brief: Brief, concept: Concept, robot: Robot, feedback: Feedback) -> Robot:
-        """Return the robot with the reported faults edited out, or a sturdier one where no edit is left.
+        """Return the robot with the reported faults repaired, or a reinforced one if there is no repair.
+
+        A robot of another author for which there is no repair is left as it is.
 
         Raises:
-            ReplyError: It would change what a person wants to keep.
+            ReplyError: The repair would change a part that the user wants to keep.
         """
         return _with_kept(brief, self._repaired(brief, concept, robot, feedback))
 
@@ -63,7 +65,7 @@ class RuleCoder:
             else tuple(_as_fault(issue) for issue in feedback.issues)
         )
         if brief.base == "free":
-            # A robot that has to move itself keeps its free joint, however it falls.
+            # A robot that has to move itself keeps its free joint, even if it falls.
             faults = tuple(fault for fault in faults if fault.code not in _FALLS)
         result = fix(robot.mjcf, faults)
         if result.notes:
@@ -76,10 +78,10 @@ class RuleCoder:
 
 
 def _with_kept(brief: Brief, robot: Robot) -> Robot:
-    """Return the robot if all that a person wants to keep is as it was.
+    """Return the robot if all parts that the user wants to keep are unchanged.
 
     Raises:
-        ReplyError: It is not: the rules write robots from parameters and cannot hold on to a part of one.
+        ReplyError: A part changed: the rules write robots from parameters and cannot preserve a part of one.
     """
     changes = changes_to_kept_parts(brief.starting_robot, robot.mjcf, brief.keep) if brief.keep else []
     if changes:
@@ -103,7 +105,7 @@ def _notes(result: FixResult) -> str:
 
 
 def _reinforced(family: Family[Any], concept: Concept, robot: Robot, result: FixResult) -> Robot:
-    """Return the concept's robot written again, one step stiffer and calmer than the present one."""
+    """Return the concept's robot written again, one step stiffer and more damped than the present one."""
     found = _VARIATION.search(robot.mjcf)
     parameters = family.read(concept)
     for _ in range((int(found.group(1)) if found else 0) + 1):

@@ -1,4 +1,4 @@
-"""The Designer as rules: which families suit a job, and how large they have to be."""
+"""The Designer as rules: it chooses families that suit a job, and sizes their robots."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ _ON_AXIS_M = 0.001
 
 @dataclass(frozen=True)
 class RuleDesigner:
-    """Chooses families by the kind of job and sizes them by the environment.
+    """A Designer that chooses families by the kind of job and sizes their robots by the environment.
 
     Attributes:
-        seed: The same seed and brief give the same concepts.
-        families: To choose from.
+        seed: Seed; the same seed and brief give the same concepts.
+        families: Families to choose from.
     """
 
     seed: int
     families: Families = field(default_factory=load_families)
 
     def propose(self, brief: Brief, count: int) -> tuple[Concept, ...]:
-        """Return `count` concepts of different families, or of different variants where families run out."""
+        """Return `count` concepts of different families, or of different variants if there are too few families."""
         if brief.starting_robot:
             return user_robot.concepts(brief, count)
         job = read_job(brief)
@@ -69,11 +69,11 @@ class RuleDesigner:
 def _shuffled(
     table: dict[str, tuple[str, ...]], rng: np.random.Generator, first: str | None
 ) -> Iterator[tuple[str, str]]:
-    """Yield pairs of family and variant for ever, one family after the other, their variants shuffled.
+    """Yield pairs of family and variant without end, one family after the other, with shuffled variants.
 
     Args:
         table: Variants of each family.
-        rng: Decides on the orders.
+        rng: Random generator for the orders of families and variants.
         first: Family that comes before the others.
     """
     families = sorted((str(name) for name in rng.permutation(list(table))), key=lambda name: name != first)
@@ -86,7 +86,7 @@ def _shuffled(
 
 
 def interpret(job: Job, preferred: tuple[str, str] | None) -> str:
-    """Say what the job demands of a body, the reason for that reading, and which family comes first."""
+    """Return sentences with what the job demands of a body, the reason for this reading, and the preferred family."""
     sentences = [f"{JOB_KINDS[job.kind].demand}: {job.because}."]
     if preferred:
         sentences.append(f"{preferred[0].capitalize()} first: {preferred[1]}.")

@@ -1,4 +1,4 @@
-"""The Scene Integrator as rules: where a robot stands, which way it looks, what it may touch."""
+"""The Scene Integrator as rules: position and orientation of a robot, and what it is meant to touch."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ _ABOVE_GROUND_M = 0.0005
 _STEP_M = 0.012
 _FREE_STEP_M = 0.1
 _STEP_DEG = 12.0
-"""One step away from what the robot overlaps."""
+"""One step away from what the robot overlaps: on a mount, of a free robot, and of a leaning one."""
 
 
 @dataclass(frozen=True)
 class RuleIntegrator:
-    """Places robots from the environment's facts.
+    """A Scene Integrator that places robots by the facts of the environment.
 
     Attributes:
-        families: Their records say how their robots are turned on a mount.
+        families: Families; their records define how their robots are rotated on a mount.
     """
 
     families: Families = field(default_factory=load_families)
 
     def place(self, brief: Brief, concept: Concept, robot: Robot) -> Placement:
-        """Return a placement: a free robot on the ground looking along +x, any other on its mount."""
+        """Return a placement: a free robot stands on the ground and faces +x, any other robot is on its mount."""
         job = read_job(brief)
         base: Literal["fixed", "free"] = "free" if job.base == "free" else "fixed"
         orientation = self._orientation(job, concept)
@@ -58,7 +58,7 @@ class RuleIntegrator:
     def adjust(
         self, brief: Brief, concept: Concept, robot: Robot, placement: Placement, feedback: Feedback
     ) -> Placement:
-        """Return the placement with overlaps and falls removed; its reason names what no rule covers."""
+        """Return the placement with overlaps and falls removed; its reason names the faults that no rule covers."""
         del concept, robot
         job, done = read_job(brief), []
         update: dict[str, object] = {}
@@ -101,7 +101,7 @@ _COVERED = {
 
 
 def _standing(robot: Robot, job: Job) -> tuple[float, float, str]:
-    """Return how far forward and up a free robot stands, its middle over the mount [m], and a sentence about it."""
+    """Return x and z of a free robot that stands with its middle over the mount [m], and a sentence about it."""
     try:
         measured = measure(robot)
     except (MjcfError, IsolationError):
@@ -114,7 +114,7 @@ def _standing(robot: Robot, job: Job) -> tuple[float, float, str]:
 
 
 def _contacts(job: Job, brief: Brief) -> tuple[str, ...]:
-    """Return the environment's bodies the robot is meant to touch."""
+    """Return the names of the environment's bodies that the robot is meant to touch."""
     bodies = {body.name: body for body in brief.summary.bodies}
     if job.moves_itself:
         return tuple(name for name, body in bodies.items() if any(geom.shape == "plane" for geom in body.geoms))
@@ -137,9 +137,9 @@ def _stem(name: str) -> str:
 
 
 def _over_target(job: Job) -> tuple[float, float]:
-    """Return how far a grasping robot is set aside, so that what it grasps lies on its axis: x and y of the mount [m].
+    """Return the offset of a grasping robot with which the object lies on its axis: x and y of the mount [m].
 
-    Only where the task leaves the base to the Integrator: a mount that the environment moves knows where to go.
+    It is 0 unless the base is fixed: a mount that the environment moves goes to the object itself.
     """
     if job.kind != "grasp" or job.base != "fixed":
         return 0.0, 0.0
@@ -154,7 +154,10 @@ def _where(job: Job, base: str) -> str:
 
 
 def _step_away(job: Job, brief: Brief, placement: Placement, fault: Fault, update: dict[str, object]) -> str:
-    """Move the robot one step away from what it overlaps: up from the ground, back from what is in front, or aside."""
+    """Move the robot one step away from what it overlaps: up from the ground, back from what is in front, or aside.
+
+    The change is added to `update`. Return a clause that describes it.
+    """
     x, y, z = placement.position_m
     if placement.base == "free" and set(fault.names) & _ground_names(brief):
         update["position_m"] = (x, y, round(z + _STEP_M / 4.0, 5))
@@ -167,6 +170,6 @@ def _step_away(job: Job, brief: Brief, placement: Placement, fault: Fault, updat
         turn = placement.rotation_deg
         update["rotation_deg"] = (turn[0], turn[1] + _STEP_DEG, turn[2])
         return f"leaned it {_STEP_DEG:g} deg further aside from {', '.join(fault.names[:2])}"
-    step = max(_STEP_M, -z)  # each time as far as all times before, so that a deep overlap does not take all attempts
+    step = max(_STEP_M, -z)  # as far as all steps before, so that a deep overlap does not use up all attempts
     update["position_m"] = (x, y, round(z - step, 5))
     return f"moved it back by {1000 * step:g} mm along the mount's axis from {', '.join(fault.names[:2])}"

@@ -1,4 +1,4 @@
-"""Reading a brief: what kind of job it is, and the lengths that size a robot for it."""
+"""Interpretation of a brief: the kind of job, and the lengths by which a robot is sized for it."""
 
 from __future__ import annotations
 
@@ -17,39 +17,43 @@ from aidsr.teams.rules.targets import Target, find_target
 _NUMBER = r"-?\d+(?:\.\d+)?(?:e-?\d+)?"
 _TRAVEL = re.compile(rf"slide along ({_NUMBER}) ({_NUMBER}) ({_NUMBER}),? ({_NUMBER}) to ({_NUMBER})")
 _UPRIGHT = 0.7
-"""Share of a mount's axis that points up where something can stand on it. Our choice: less than 45 deg aslant."""
+"""Vertical component from which an axis counts as upright: that of a mount on which a robot can stand, or of a box. Our
+choice: a tilt of less than 45 deg."""
 
 _GAP_M = 0.02
-"""From how high a gap under something counts as one. Our choice: lower than any robot of the built-in families."""
+"""Height from which a space under something counts as a gap [m]. Our choice: lower than any robot of the built-in
+families."""
 
 _FORCES = re.compile(rf"({_NUMBER}) to ({_NUMBER}) N\b")
 _PRESS_N = 0.65
-"""Force to press with where the objective names none. Our choice: a light brush."""
+"""Pressing force if the objective names none [N]. Our choice: a light brush."""
 
 _BREAKS = re.compile(r"\b(?:fragile|delicate|gentl|crush|bruis|break)")
 _GENTLE_PULL = 0.4
-"""Our choice, measured on delicate_grasping: a tenth of the usual tension is all that a thing that breaks at 2 N bears,
-and a policy that can hardly try anything without breaking it learns to keep away."""
+"""Tension for fragile objects, as a share of a family's usual one. Our choice, measured on delicate_grasping: an object
+that breaks at 2 N withstands only a tenth of the usual tension, and a policy that breaks it in nearly every attempt
+learns to keep away."""
 
 Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Job:
-    """A brief, understood.
+    """The interpretation of a brief.
 
     Attributes:
-        kind: What the robot has to do.
-        because: The words or facts that decided it, as a sentence.
-        mount: Where the robot attaches; None for the origin of the world.
-        base: What holds the root.
-        target: What has to be reached, held or pulled, if there is anything.
-        approach_m: How far the mount itself can travel along its own z axis.
-        room_m: Free length along the mount's z at its nearest, up to the first thing that stands still.
-        headroom_m: Height over the ground of the lowest thing that can be gone under; infinite where there is none.
-        ground_m: Height of the ground over the mount; a mount to stand on is on the ground.
-        press_n: Force to press with [N]: the middle of the range the objective names.
-        pull: How hard cables of a hand pull, as a share of what the family is used to; less for things that break.
+        kind: Kind of job.
+        because: Clause with the words or facts that determined the kind.
+        mount: Mount of the robot; None for the origin of the world.
+        base: What holds the root: a fixed mount, nothing, or a mount that the environment moves.
+        target: What has to be reached, held or pulled; None if there is nothing.
+        approach_m: How far the mount itself can travel along its own z axis [m].
+        room_m: Free length along the mount's z axis up to the first fixed surface, with the mount at its nearest [m].
+        headroom_m: Height over the ground of the lowest obstacle with a gap under it [m]; infinite without one.
+        ground_m: Height of the ground over the origin of the world [m]; 0 with a mount, since a mount to stand on is on
+            the ground.
+        press_n: Pressing force [N]: the middle of the range that the objective names.
+        pull: Tension of a hand's cables as a share of the family's usual one; less than 1 for fragile objects.
     """
 
     kind: JobKindName
@@ -66,17 +70,17 @@ class Job:
 
     @property
     def moves_itself(self) -> bool:
-        """Whether the robot's work is to get somewhere."""
+        """Whether the job is locomotion."""
         return self.kind in ("crawl", "squeeze")
 
     @property
     def mount_name(self) -> str:
-        """Name of the mount as a Placement wants it."""
+        """Name of the mount as in a `Placement`."""
         return self.mount.name if self.mount else "world"
 
     @property
     def target_in_mount_m(self) -> tuple[float, float, float]:
-        """Where the target is in the mount's own frame; at the mount where there is no target."""
+        """Position of the target in the mount's own frame [m]; the origin without a target."""
         if self.target is None:
             return 0.0, 0.0, 0.0
         offset = np.array(self.target.position_m) - np.array(self.mount.position_m if self.mount else (0.0, 0.0, 0.0))
@@ -86,18 +90,18 @@ class Job:
 
     @property
     def down_in_mount(self) -> float:
-        """Share of the mount's z axis that points down: 1 hanging, 0 horizontal, -1 standing."""
+        """Downward component of the mount's z axis: 1 hanging, 0 horizontal, -1 standing."""
         return -self.mount.z_axis[2] if self.mount else -1.0
 
 
 def read_job(brief: Brief) -> Job:
-    """Understand a brief. Deterministic; reads only words and the environment's facts."""
+    """Return the job that a brief describes. Deterministic; uses only words and the facts of the environment."""
     summary = brief.summary
     mount = summary.mounts[0] if summary.mounts else None
     kind, because = kind_of(brief)
     base = _base(brief, kind, mount)
     if base == "free" and mount is not None and (mount.z_axis[2] < _UPRIGHT or mount.moved_by):
-        mount = None  # made for something that hangs from it, not for something that stands
+        mount = None  # it is made for a robot that hangs from it, not for one that stands
     target = find_target(brief.objective, kind, summary, mount)
     return Job(
         kind=kind,
@@ -123,7 +127,7 @@ def _base(brief: Brief, kind: JobKindName, mount: MountSummary | None) -> Litera
 
 
 def _press(objective: str) -> float:
-    """Return the middle of the range of forces that an objective names [N]."""
+    """Return the middle of the range of forces that an objective names, else the default [N]."""
     named = _FORCES.search(objective)
     return (float(named[1]) + float(named[2])) / 2.0 if named else _PRESS_N
 
@@ -144,7 +148,7 @@ def _approach(summary: EnvironmentSummary, mount: MountSummary | None) -> float:
 
 
 def _room(summary: EnvironmentSummary, mount: MountSummary | None, target: Target | None) -> float:
-    """Return the free length along the mount's z to the first surface that stands still, mount at its nearest [m]."""
+    """Return the free length along the mount's z axis to the first fixed surface, with the mount at its nearest [m]."""
     if mount is None:
         return math.inf
     axis, start = np.array(mount.z_axis), np.array(mount.position_m)
@@ -154,7 +158,7 @@ def _room(summary: EnvironmentSummary, mount: MountSummary | None, target: Targe
 
 
 def _headroom(summary: EnvironmentSummary) -> float:
-    """Return the height of the lowest upright box over the ground with something of a gap under it [m]."""
+    """Return the height over the ground of the lowest fixed, upright box with a gap under it [m]; infinite if none."""
     ground = _ground(summary)
     boxes = [geom for body in summary.bodies if not body.joints for geom in body.geoms if geom.solid]
     under = [
@@ -164,13 +168,13 @@ def _headroom(summary: EnvironmentSummary) -> float:
 
 
 def _ground(summary: EnvironmentSummary) -> float:
-    """Return the height of the highest plane, 0 where there is none [m]."""
+    """Return the height of the highest plane [m]; 0 if there is none."""
     planes = [geom.position_m[2] for body in summary.bodies for geom in body.geoms if geom.shape == "plane"]
     return max(planes, default=0.0)
 
 
 def _surface(geom: GeomSummary, axis: Vector, start: Vector) -> float:
-    """Return where the mount's axis meets a plane or an upright box [m]; infinite where it meets neither."""
+    """Return the distance at which the mount's axis meets a plane or an upright box [m]; infinite if it does not."""
     offset = np.array(geom.position_m) - start
     along = float(offset @ axis)
     if geom.shape == "plane":

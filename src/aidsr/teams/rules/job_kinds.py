@@ -16,9 +16,10 @@ class JobKind:
     """One kind of job."""
 
     words: str
-    """Pattern of beginnings of words that speak for it. Our choice, from the objectives of the 14 benchmark tasks."""
+    """Regular expression of word beginnings that indicate it. Our choice, from the objectives of the 14 benchmark
+    tasks."""
     demand: str
-    """What it demands of a body, as a clause that concepts quote."""
+    """What the job demands of a body, as a clause that concepts quote."""
 
 
 JOB_KINDS: dict[JobKindName, JobKind] = {
@@ -55,17 +56,17 @@ JOB_KINDS: dict[JobKindName, JobKind] = {
         "The functional part has to be brought to a place beside the mount and press there",
     ),
 }
-"""Where an objective has as many words of several, the first of them counts."""
+"""Kinds of job by name. If an objective has equally many words of several kinds, the first of these counts."""
 
 _GRASPABLE_M = 0.06
-"""A free body no wider than twice this is taken for something to grasp. Our choice: what a hand of 0.2 m closes on."""
+"""Half width up to which a free body counts as an object to grasp [m]. Our choice: what a hand of 0.2 m closes on."""
 
 
 def kind_of(brief: Brief) -> tuple[JobKindName, str]:
     """Return the kind of job and the reason for it.
 
-    A free base means a body that moves itself, whatever else the words say, and one that is held never does. Without a
-    known word the environment decides, and the reason says that a default was taken.
+    With a free base the job is always locomotion; with a held base it never is. Without a known word the environment
+    decides, and the reason says that a default was taken.
     """
     found = {name: words_in(brief.objective, kind.words) for name, kind in JOB_KINDS.items()}
     if brief.base == "free":
@@ -92,7 +93,7 @@ def _default(brief: Brief) -> tuple[JobKindName, str]:
 
 
 def words_in(objective: str, pattern: str) -> list[str]:
-    """Return the beginnings of words of a pattern that an objective uses, each once."""
+    """Return the word beginnings in an objective that match a pattern, each once."""
     return list(dict.fromkeys(re.findall(rf"\b({pattern})", objective.lower())))
 
 

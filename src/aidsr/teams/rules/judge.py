@@ -1,4 +1,4 @@
-"""The Judge as rules: whether a stable scene has what the job needs, and who is to blame where it has not."""
+"""The Judge as rules: whether a stable scene has what the job needs, and which role is to blame if it has not."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.teams.rules.job import Job, read_job
 
 _LEAST_REACH = 0.97
-"""Share of the way to the target that a stretched robot must cover. Our choice: the target has a width of its own."""
+"""Share of the distance to the target that a stretched robot must reach. Our choice: the target has its own width."""
 
 _BESIDE_GRASP_M = 0.04
-"""How far the point between the fingers may start beside the object. Our choice: what the fingers open around."""
+"""Largest distance between the grasp axis and the object at the start [m]. Our choice: what the fingers open around."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class RuleJudge:
     """Checks structure, reach, base and contact of a scene."""
 
     def judge(self, brief: Brief, concept: Concept, robot: Robot, scene: Scene, report: ValidationReport) -> Critique:
-        """Return a pass, or every check that fails with the role it blames."""
+        """Return a pass, or an issue for every failed check with the role to blame."""
         job, root = read_job(brief), parse(scene.mjcf)
         checks = (
             _stability(report),
@@ -53,7 +53,7 @@ def _stability(report: ValidationReport) -> Iterator[CritiqueIssue]:
 
 
 def _structure(root: Element) -> Iterator[CritiqueIssue]:
-    """Tendons, actuators on them and sensors are there."""
+    """Yield an issue if there are no tendons, no actuators on them, or no sensors of the robot."""
     tendons = {item.get("name") for item in root.iter("spatial", "fixed") if item.getparent() is root.find("tendon")}
     driven = tendons & {item.get("tendon") for item in entries(root, "actuator")}
     own = [item for item in entries(root, "sensor") if _is_own(item)]
@@ -69,13 +69,13 @@ def _structure(root: Element) -> Iterator[CritiqueIssue]:
 
 
 def _is_own(sensor: Element) -> bool:
-    """Whether a sensor is the robot's; one without a name is, where it measures something of the robot."""
+    """Whether a sensor belongs to the robot: by its name, or without a name, if it measures something of the robot."""
     name = sensor.get("name")
     return any(str(value).startswith(ROBOT_PREFIX) for value in ([name] if name else sensor.attrib.values()))
 
 
 def _groups(concept: Concept, robot: Robot, root: Element) -> Iterator[CritiqueIssue]:
-    """The groups of actuators name actuators that exist, each once."""
+    """Yield an issue if groups of actuators name an actuator that does not exist, or one actuator twice."""
     present = {without_prefix(item.get("name") or "") for item in entries(root, "actuator")}
     grouped = [name for group in robot.actuator_groups or concept.actuator_groups for name in group.actuators]
     unknown = sorted(set(grouped) - present)
@@ -92,7 +92,7 @@ def _groups(concept: Concept, robot: Robot, root: Element) -> Iterator[CritiqueI
 
 
 def _base(brief: Brief, scene: Scene) -> Iterator[CritiqueIssue]:
-    """The root is held, or free, as the task has it, and held by a mount where there is one."""
+    """Yield issues if the root is not held or free as the task requires, or not on a mount that the task moves."""
     wanted = {"fixed": "fixed", "moving": "fixed", "free": "free"}.get(brief.base)
     if wanted and scene.placement.base != wanted:
         problem = f"the base is {scene.placement.base}, but the task requires it {brief.base}"
@@ -103,7 +103,7 @@ def _base(brief: Brief, scene: Scene) -> Iterator[CritiqueIssue]:
 
 
 def _reach(job: Job, scene: Scene, root: Element) -> Iterator[CritiqueIssue]:
-    """Stretched out, the functional part gets as far as the target; a grasp begins over its object."""
+    """Yield issues if the stretched robot does not reach the target, or if a grasp does not start over its object."""
     path = _functional_path(root)
     if job.target is None or job.moves_itself or not path:
         return
@@ -121,7 +121,7 @@ def _reach(job: Job, scene: Scene, root: Element) -> Iterator[CritiqueIssue]:
 
 
 def _functional_path(root: Element) -> list[Element]:
-    """Return the bodies from the robot's root to its functional part, and the site that marks it last."""
+    """Return the bodies from the robot's root to its functional part, then the site that marks it; empty if none."""
     site = next((item for item in root.iter("site") if item.get("name") == "robot/functional_part"), None)
     if site is None:
         return []
@@ -130,12 +130,12 @@ def _functional_path(root: Element) -> list[Element]:
 
 
 def _path_length_m(path: list[Element]) -> float:
-    """Length of the way through the bodies' origins; the first one's place is the placement's [m]."""
+    """Return the length of the path through the bodies' origins [m]; the first one's position is the placement's."""
     return sum(math.hypot(*get_numbers(item, "pos")) for item in path[1:] if get_numbers(item, "pos"))
 
 
 def _contact(brief: Brief, scene: Scene, root: Element) -> Iterator[CritiqueIssue]:
-    """Where the job needs touch, the robot can touch and says what."""
+    """Yield issues if the job needs contact, but the robot cannot touch anything or its placement names no contact."""
     if not brief.needs_contact:
         return
     shapes = [geom for geom in root.iter("geom") if (geom.get("name") or "").startswith("robot/")]

@@ -37,7 +37,7 @@ _SECTIONS = (
 
 
 def add(parent: etree._Element, tag: str, **attributes: Value) -> etree._Element:
-    """Append an element. `class_` and `range_`-like names lose their trailing underscore."""
+    """Append an element. Attribute names such as `class_` and `range_` lose their trailing underscore."""
     element = etree.SubElement(parent, tag)
     for key, value in attributes.items():
         element.set(key.rstrip("_"), format_value(value))
@@ -53,7 +53,7 @@ class MjcfBuilder:
     """An MJCF document under construction, with the settings every built-in robot shares.
 
     Attributes:
-        worldbody: Where the root body goes; the other sections are attributes of their names.
+        worldbody: Section for the root body; other sections are attributes with the names of their tags.
     """
 
     def __init__(self, model: str, about: str, variation: int = 0) -> None:
@@ -87,11 +87,11 @@ class MjcfBuilder:
         add(winch, "general", gainprm=(-1.0,), biastype="none", dyntype="filterexact", dynprm=(WINCH_TIME_CONSTANT_S,))
 
     def exclude(self, first: str, second: str) -> None:
-        """Let two bodies pass through each other, as neighbours in a chain must."""
+        """Exclude contacts between two bodies, such as neighbours in a chain."""
         add(self.contact, "exclude", body1=first, body2=second)
 
     def text(self) -> str:
-        """Return the document, indented, without the sections that stayed empty."""
+        """Return the document, indented, without empty sections."""
         for section in self._sections.values():
             if len(section) == 0 and not section.attrib:
                 self.root.remove(section)

@@ -1,4 +1,4 @@
-"""How a robot is turned on its mount, so that it works up and down, reaches ahead, or clears what stands in front."""
+"""Rotation of a robot on its mount, so that it works up and down, reaches ahead, or clears what is in front of it."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ import numpy as np
 from aidsr.teams.rules.job import Job
 
 _ON_AXIS = 0.25
-"""A target less than this share of its distance off the mount's axis stands in front of it. Our choice: 14 deg."""
+"""Ratio of the distances off and along the mount's axis below which a target is in front of it. Our choice: 14 deg."""
 _HORIZONTAL = 0.7
-"""A mount whose axis has less than this share downwards, or upwards, looks sideways. Our choice: 45 deg."""
+"""Vertical component of a mount's axis below which the mount counts as sideways. Our choice: 45 deg."""
 _LEAN_DEG = 25.0
-"""Least lean of an arm on a fixed mount that would otherwise grow into its target. Our choice."""
+"""Least lean of an arm on a fixed mount that would otherwise grow into its target [deg]. Our choice."""
 _LEAN_GAP_M = 0.03
-"""Clearance of a leaning robot's end: its pad and 15 mm. Our choice."""
+"""Clearance of a leaning robot's end [m]: its pad and 15 mm. Our choice."""
 
 
 @dataclass(frozen=True)
@@ -36,17 +36,17 @@ def stands_in_front(job: Job) -> bool:
 
 
 def must_lean(job: Job) -> bool:
-    """Whether a straight robot would grow into a target that the mount cannot drive up to."""
+    """Whether a straight robot would grow into a target towards which the mount cannot move."""
     return job.kind in ("reach", "brush") and stands_in_front(job) and job.approach_m == 0
 
 
 def looks_sideways(job: Job) -> bool:
-    """Whether the mount's axis is closer to level than to upright."""
+    """Whether the mount's axis is closer to horizontal than to vertical."""
     return abs(job.down_in_mount) < _HORIZONTAL
 
 
 def bend_upright(job: Job) -> Orientation:
-    """Return the rotation that brings the robot's +x to point down, for what works on a handle from above."""
+    """Return the rotation that turns the robot's +x down, for a robot that works on a handle from above."""
     return Orientation(
         (0.0, 0.0, angle_to_down_deg(job)),
         "Its bending plane is upright, its +x down, so that it reaches over the handle from above.",
@@ -54,11 +54,11 @@ def bend_upright(job: Job) -> Orientation:
 
 
 def lean_aside(job: Job, length_m: float) -> Orientation:
-    """Return the lean with which a straight robot's end clears what is in front; none where nothing is.
+    """Return the lean with which the end of a straight robot clears a target in front; no rotation if none is needed.
 
     Args:
         job: The job.
-        length_m: Length of the robot, 0 where it is not known.
+        length_m: Length of the robot [m]; 0 if it is unknown.
     """
     if not must_lean(job):
         return STRAIGHT
@@ -70,7 +70,7 @@ def lean_aside(job: Job, length_m: float) -> Orientation:
 
 
 def angle_to_down_deg(job: Job) -> float:
-    """Return the angle about the mount's z that brings its x axis to point down [deg]."""
+    """Return the angle about the mount's z axis that turns its x axis down [deg]."""
     if job.mount is None:
         return 0.0
     x, z = np.array(job.mount.x_axis), np.array(job.mount.z_axis)

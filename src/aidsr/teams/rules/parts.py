@@ -9,10 +9,10 @@ from aidsr.teams.rules.chain import Backbone
 from aidsr.teams.rules.mjcf_builder import MjcfBuilder, add
 
 HOOK_RADIUS_M = 0.005
-"""Half thickness of a hook. Our choice: it passes behind a handle that stands off by 20 mm or more."""
+"""Half thickness of a hook [m]. Our choice: it fits behind a handle with a gap of 20 mm or more."""
 
 HOOK_SHAFT_M = 0.006
-"""Length of the hook along the chain, before its finger turns aside."""
+"""Length of the hook along the chain, before its finger turns aside [m]."""
 
 _PAD_DENSITY_KG_M3 = 900.0
 _HOOK_DENSITY_KG_M3 = 1200.0
@@ -35,7 +35,7 @@ def add_base(builder: MjcfBuilder, name: str, *, radius_m: float, thickness_m: f
 
 
 def add_pad(backbone: Backbone, name: str, radius_m: float, half_width_m: float = 0.0) -> None:
-    """Let the chain end in a ball, or in a bar of this half width across it."""
+    """Add a ball to the end of the chain, or a bar across it if its half width is above 0."""
     end = backbone.tip_at_m
     ends = (0.0, -half_width_m, end, 0.0, half_width_m, end)
     shape: dict[str, Value] = {"type": "sphere", "pos": (0.0, 0.0, end)}
@@ -45,7 +45,7 @@ def add_pad(backbone: Backbone, name: str, radius_m: float, half_width_m: float 
 
 
 def add_hook(backbone: Backbone, length_m: float) -> None:
-    """Let the chain end in a finger across it, towards its own +x."""
+    """Add a hook to the end of the chain: a finger across it, towards the chain's +x."""
     start, end = backbone.tip_at_m, backbone.tip_at_m + HOOK_SHAFT_M
     for name, ends in (
         ("hook_shaft", (0.0, 0.0, start, 0.0, 0.0, end)),
@@ -58,7 +58,7 @@ def add_hook(backbone: Backbone, length_m: float) -> None:
 def add_tip_sensors(
     builder: MjcfBuilder, backbone: Backbone, radius_m: float, at_m: tuple[float, float, float] | None = None
 ) -> None:
-    """Add the site that stands for the working point, and sensors of its place and of what touches around it."""
+    """Add the site of the working point, and sensors of its position, its velocity and the contacts around it."""
     at = at_m or (0.0, 0.0, backbone.tip_at_m)
     add(backbone.tip, "site", name="tip", pos=at, size=(0.003,), material="working")
     add(builder.sensor, "framepos", name="tip_position", objtype="site", objname="tip")
@@ -69,7 +69,7 @@ def add_tip_sensors(
 def add_touch_sensor(
     builder: MjcfBuilder, backbone: Backbone, name: str, radius_m: float, at_m: tuple[float, float, float] | None = None
 ) -> None:
-    """Add a sensor of what touches within a radius around the chain's end."""
+    """Add a sensor of the contacts within a radius around the chain's end, or around `at_m` in the last link [m]."""
     at = at_m or (0.0, 0.0, backbone.tip_at_m)
     add(backbone.tip, "site", name=f"{name}_touch", pos=at, size=(radius_m,), rgba="0 0 0 0")
     add(builder.sensor, "touch", name=f"{name}_contact", site=f"{name}_touch")

@@ -11,30 +11,30 @@ from aidsr.teams.rules.job import Job
 from aidsr.teams.rules.orientation import stands_in_front
 
 _DAMPING_TIME_RANGE_S = (0.02, 0.1)
-"""Recommended beta = c / k. Source: docs/physics.md, recommendation."""
+"""Recommended damping times beta = c / k [s]. Source: docs/physics.md, recommendation."""
 
 _SPRING_STEEL_PA = 200e9
 """Young's modulus of spring steel. Source: EN 10270-1 wire, 206 GPa; rounded down for the effect of fittings."""
 
 _DEFAULT_LENGTH_M = 0.35
-"""Length where the environment has no target. Our choice: middle of the benchmark's 0.1 to 0.6 m."""
+"""Length of an arm if the environment has no target [m]. Our choice: middle of the benchmark's 0.1 to 0.6 m."""
 
 _LENGTH_RANGE_M = (0.15, 0.7)
 _START_GAP_M = 0.018
-"""Gap to leave to what stands in front of a mount that can drive up to it. Our choice."""
+"""Gap at the start to a target in front of a mount that can move towards it [m]. Our choice."""
 
 
 def reach_length(job: Job, rng: np.random.Generator) -> float:
-    """Length of an arm that just bends to the target [m]: 3 to 9 % more than the straight way.
+    """Return the length of an arm that just bends to the target [m]: 3 to 9 % more than the straight distance.
 
-    Source: of 160 random pulls by each of three arms on four placings of the benchmark's button, 8 % pressed it with
-    1.03 times the straight way, 6 % with 1.09, 4 % with 1.15; longer arms have to fold up first.
+    Source: 160 random pulls by each of three arms at four positions of the benchmark's button. 8 % of them pressed it
+    with 1.03 times the straight distance, 6 % with 1.09, 4 % with 1.15; longer arms have to fold up first.
 
-    One that has to lie along the target is twice as long: half of it on the way, half on the surface. Of constant pulls
-    searched for six placings of the benchmark's surface, arms of three sections lay there with 0.33 of their length at
-    best when they only just reached it, with 0.53 when they were twice as long.
+    An arm that has to lie along the target is twice as long: half of it for the way, half on the surface. In a search
+    of constant pulls for six positions of the benchmark's surface, arms of three sections lay there with at most 0.33
+    of their length if they only just reached it, and with 0.53 if they were twice as long.
 
-    One whose mount drives up to the target must start clear of it and is as much shorter.
+    An arm whose mount moves towards the target must start clear of it and is accordingly shorter.
     """
     if job.target is None:
         return _DEFAULT_LENGTH_M * rng.uniform(0.95, 1.1)
@@ -49,19 +49,19 @@ def reach_length(job: Job, rng: np.random.Generator) -> float:
 
 
 def bending_stiffness(tension_n: float, offset_m: float, length_m: float, full_bend_rad: float) -> float:
-    """Bending stiffness with which full tension bends a section of this length by `full_bend_rad` [N m^2]."""
+    """Return the bending stiffness with which full tension bends such a section by `full_bend_rad` [N m^2]."""
     return beam.cable_bending(tension_n, offset_m, length_m, full_bend_rad)
 
 
 def damping_time(
     bending_stiffness_n_m2: float, density_kg_m3: float, radius_m: float, length_m: float, *, damping_ratio: float
 ) -> float:
-    """Damping time beta that gives a limb's first mode this damping ratio, within the recommended range [s]."""
+    """Return the damping time beta with which a limb's first mode has this damping ratio, within its range [s]."""
     mass_per_length = density_kg_m3 * math.pi * radius_m**2
     frequency = beam.first_bending_frequency(bending_stiffness_n_m2, mass_per_length, length_m)
     return float(np.clip(beam.stiffness_damping_time(damping_ratio, frequency), *_DAMPING_TIME_RANGE_S))
 
 
 def rod(bending_stiffness_n_m2: float) -> str:
-    """Return the spring-steel rod of this bending stiffness as "a spring-steel rod of 1.2 mm"."""
+    """Return the spring-steel rod of this bending stiffness as text, such as "a spring-steel rod of 1.2 mm"."""
     return f"a spring-steel rod of {1000.0 * beam.rod_diameter(bending_stiffness_n_m2, _SPRING_STEEL_PA):.1f} mm"

@@ -1,4 +1,4 @@
-"""What a job is about: the body to reach, grasp, pull or enter, seen from the mount."""
+"""The target of a job: the body to reach, grasp, pull or enter, relative to the mount."""
 
 from __future__ import annotations
 
@@ -15,22 +15,23 @@ from aidsr.teams.rules.job_kinds import JobKindName
 _HANDLE = re.compile(r"handle|bar|knob|grip|hook|ring", re.IGNORECASE)
 
 _SHORT_WORD = 3
-"""Names of bodies are searched in the objective by their longer words. Our choice: "top" is in too many sentences."""
+"""Number of letters up to which words of a body's name are not searched in the objective. Our choice: "top" is in too
+many sentences."""
 
 
 @dataclass(frozen=True)
 class Target:
-    """What the job is about, seen from the mount.
+    """The target of a job, relative to the mount.
 
     Attributes:
         body: Name of the environment's body.
-        part: Name of the geom that is meant, for a handle; else the body's name.
-        along_m: Distance from the mount along its z axis.
-        beside_m: Distance from that axis.
-        near_m: Distance along that axis at which the first of it may begin.
-        half_width_m: Largest half extent across.
+        part: Name of the geom for a handle; else the body's name.
+        along_m: Distance from the mount along its z axis [m].
+        beside_m: Distance from that axis [m].
+        near_m: Least distance along that axis at which the target may begin [m].
+        half_width_m: Largest half extent across [m].
         mass_kg: Mass of the body.
-        position_m: In world coordinates.
+        position_m: Position in world coordinates [m].
     """
 
     body: str
@@ -51,7 +52,11 @@ class Target:
 def find_target(
     objective: str, kind: JobKindName, summary: EnvironmentSummary, mount: MountSummary | None
 ) -> Target | None:
-    """Choose what the job is about: a handle to pull, else what moves and is named, nearest to the mount."""
+    """Return the target of a job; None for locomotion, or in an environment without suitable bodies.
+
+    It is the nearest handle for a job to pull. Else it is the body nearest to the mount, if possible among those that
+    move and are named in the objective. A free body can be met at a place that the objective names.
+    """
     driven = set(mount.moved_by) if mount else set()
     bodies = [body for body in summary.bodies if body.parent and body.geoms and not _carries_mount(body, driven)]
     if kind in ("crawl", "squeeze") or not bodies:
@@ -70,7 +75,7 @@ def find_target(
 
 
 def in_mount(position_m: Iterable[float], mount: MountSummary | None) -> tuple[float, float]:
-    """Return the distance of a place in the world along the mount's z axis and off that axis [m]."""
+    """Return the distances of a world position along the mount's z axis and off that axis [m]."""
     offset = np.array(tuple(position_m)) - np.array(mount.position_m if mount else (0.0, 0.0, 0.0))
     axis = np.array(mount.z_axis if mount else (0.0, 0.0, 1.0))
     along = float(offset @ axis)
@@ -90,7 +95,10 @@ def _words(name: str) -> list[str]:
 
 
 def _meeting_point(objective: str, summary: EnvironmentSummary) -> tuple[float, float, float] | None:
-    """Return a place fixed in the world whose whole name is in the objective, such as a capture point."""
+    """Return the position of a site fixed in the world with all words of its name in the objective; None without one.
+
+    An example is a capture point.
+    """
     fixed = [site for site in summary.sites if site.body in ("", "world") and len(_words(site.name)) > 1]
     named = [site for site in fixed if all(word in objective.lower() for word in _words(site.name))]
     return named[0].position_m if named else None
@@ -118,6 +126,6 @@ def _seen(body: BodySummary, geoms: tuple[GeomSummary, ...], part: str, mount: M
 
 
 def _half_width(geoms: tuple[GeomSummary, ...]) -> float:
-    """Largest half extent across [m]; a plane has none."""
+    """Return the largest half extent across [m]; planes are ignored."""
     solid = [geom for geom in geoms if geom.shape != "plane"]
     return max((max(geom.size_m[:2]) if geom.shape == "box" else geom.size_m[0] for geom in solid), default=0.0)

@@ -1,4 +1,4 @@
-"""Starting from a robot the user brought: its text is kept, only springs and strength are varied."""
+"""Designs from a robot that the user provides: its MJCF is kept, only its springs and forces are varied."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _WORKING_NAMES = tuple(
     re.compile(words, re.IGNORECASE)
     for words in (r"end_?effector|tcp|grasp", r"tip", r"hook|pad|hand|palm|head|gripper")
 )
-"""What authors call the part that does the work, the plainest first. Our choice."""
+"""Names that authors use for the part that does the work, the clearest first. Our choice."""
 
 
 def concepts(brief: Brief, count: int) -> tuple[Concept, ...]:
@@ -61,7 +61,7 @@ def concepts(brief: Brief, count: int) -> tuple[Concept, ...]:
 
 
 def _versions() -> Iterator[_Version]:
-    """Yield the robot as brought, then its changes, turn after turn by more, for ever."""
+    """Yield the robot as provided, then its changes without end, in each turn with larger factors."""
     yield _AS_BROUGHT
     for turn in itertools.count(1):
         for name, sentence, stiffness, force in _CHANGES:
@@ -71,7 +71,7 @@ def _versions() -> Iterator[_Version]:
 
 
 def revise(concept: Concept, feedback: str) -> Concept:
-    """Return the concept with its two factors changed as the feedback asks."""
+    """Return the concept with its two factors changed as the feedback requests."""
     words, parameters = feedback.lower(), dict(concept.parameters)
     for pattern, name, factor in (
         (r"stiffer|too soft|sags?\b", "stiffness_factor", 1.25),
@@ -90,7 +90,7 @@ def revise(concept: Concept, feedback: str) -> Concept:
 
 
 def write(brief: Brief, concept: Concept) -> Robot:
-    """Return the user's robot in the version the concept asks for; a text that is no MJCF is handed on as it is."""
+    """Return the user's robot in the version of the concept; a text that is not MJCF is returned unchanged."""
     note = "The user's own robot, changed by the built-in rules only as the concept says."
     try:
         root = parse(brief.starting_robot)
@@ -111,7 +111,10 @@ def write(brief: Brief, concept: Concept) -> Robot:
 
 
 def functional_part(mjcf: str) -> str:
-    """Return the site or body that looks like the working end, else the last body of the longest limb."""
+    """Return the name of the site or body that looks like the working end, else that of the deepest body.
+
+    It is "working_end" if that body has no name, and empty if the document cannot be parsed or has no body.
+    """
     try:
         root = parse(mjcf)
     except MjcfError:
@@ -134,7 +137,7 @@ def _names(root: Element, name: str) -> bool:
 
 
 def _with_part(root: Element, name: str) -> Element:
-    """Name the working end where its author left it without a name."""
+    """Return the document with a name for the working end if its author gave it none."""
     deepest = _deepest(root)
     if name and deepest is not None and not _names(root, name):
         deepest.set("name", name)

@@ -1,9 +1,11 @@
-"""How far the simulation of a robot can be trusted: each limb against elastic rods, finer segments, a finer step.
+"""The fidelity check: compare each limb with an exact elastic rod, with finer segments and with a finer time step.
 
-limb, material, cables   a chain of a compiled robot read as a rod with cables
-statics, compare         where it comes to rest and how it swings, simulated and exact
+limb, material, cables   a chain of a compiled robot as an elastic rod with cables
+statics, compare         rest pose under load and first frequency, simulated and exact
 rewrite, refine          the same limb with twice the segments, the same robot with half the time step
-report                   what comes out
+measure                  the check of a whole robot, in the isolated process
+check                    the public function
+report                   the results
 """
 
 from aidsr.validation.fidelity.check import check_fidelity

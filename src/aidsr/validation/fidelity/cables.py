@@ -1,4 +1,4 @@
-"""The cables along a limb: where they are guided and how hard they can be pulled."""
+"""The cables along a limb: their guides and their greatest tension."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ class Cable:
     """A driven tendon that runs along one limb and no other.
 
     Attributes:
-        tendon: Its id.
-        name: Its name.
-        pull_n: Greatest tension its actuators give together in the unloaded pose; 0 when that cannot be read.
+        tendon: Id of the tendon.
+        name: Name of the tendon.
+        pull_n: Greatest tension of all its actuators together in the unloaded pose; 0 if unknown.
     """
 
     tendon: int
@@ -34,13 +34,13 @@ class Cable:
 
 @dataclass(frozen=True)
 class Guide:
-    """A point a cable passes.
+    """A point through which a cable runs.
 
     Attributes:
-        segment: Number of the segment it is in; -1 before the clamp.
-        place: How far along that segment, 0 to 1; before the clamp how far from it [m].
-        outer: Whether it moves with the part beyond the segment's joint.
-        across_m: Its place beside the backbone, along `Limb.aside` and `Limb.axis`, (2,) [m].
+        segment: Index of the segment that contains the guide; -1 on the base.
+        place: Position along that segment, 0 to 1; on the base the position along the limb relative to the clamp [m].
+        outer: Whether the guide moves with the part beyond the segment's joint.
+        across_m: Offset from the backbone along `Limb.aside` and `Limb.axis`, (2,) [m].
     """
 
     segment: int
@@ -50,13 +50,13 @@ class Guide:
 
 
 def cables_along(model: mujoco.MjModel, structure: Structure, limb: Limb, others: set[int]) -> tuple[Cable, ...]:
-    """Return the cables of a limb.
+    """Return the driven cables that run along a limb.
 
     Args:
         model: The robot.
-        structure: Its structure.
+        structure: The structure of the robot.
         limb: The limb.
-        others: Bodies that turn and belong to other limbs; a cable that reaches one of them is left out.
+        others: Bodies of other limbs; a cable that touches one of them is left out.
     """
     data = unloaded_pose(model)
     return tuple(
@@ -70,7 +70,11 @@ def cables_along(model: mujoco.MjModel, structure: Structure, limb: Limb, others
 
 
 def guides_of(model: mujoco.MjModel, limb: Limb, cable: Cable) -> tuple[Guide, ...] | None:
-    """Return what a cable passes from the base outwards, or None when it is more than sites in that order."""
+    """Return the guides of a cable from the base outwards.
+
+    None if the cable wraps around geoms or runs over pulleys, or if its sites are not in order along the limb or belong
+    to bodies of other segments.
+    """
     data = unloaded_pose(model)
     wraps = tendon_wraps(model, cable.tendon)
     if any(kind != WRAP_SITE for kind, _ in wraps):
@@ -97,7 +101,7 @@ def guides_of(model: mujoco.MjModel, limb: Limb, cable: Cable) -> tuple[Guide, .
 
 
 def gradient(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> Vector:
-    """Return how a tendon's length changes with each degree of freedom, (nv,)."""
+    """Return the derivative of a tendon's length with respect to each degree of freedom, (nv,)."""
     row = np.zeros(model.nv)
     first, count = int(model.ten_J_rowadr[tendon]), int(model.ten_J_rownnz[tendon])
     row[model.ten_J_colind[first : first + count]] = data.ten_J.reshape(-1)[first : first + count]
@@ -105,14 +109,14 @@ def gradient(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> Vector:
 
 
 def _link(model: mujoco.MjModel, limb: Limb, body: int) -> int:
-    """Return the number of the turning point a body moves with, -1 when it is not part of the limb."""
+    """Return the index of the turning point that moves a body, or -1 if the body is not part of the limb."""
     while body and body not in limb.bodies:
         body = int(model.body_parentid[body])
     return limb.bodies.index(body) if body in limb.bodies else -1
 
 
 def _pull_n(model: mujoco.MjModel, data: mujoco.MjData, actuators: tuple[int, ...]) -> float:
-    """Return the greatest tension of actuators at the ends of their ranges [N].
+    """Return the greatest tension of some actuators together at the ends of their ranges [N]; 0 if unknown.
 
     Source: MuJoCo documentation, Computation, actuation model: force = gain * control + bias, tension = -gear * force.
     """

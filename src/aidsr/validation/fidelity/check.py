@@ -1,4 +1,4 @@
-"""`check_fidelity`: how far a simulation can be trusted. Loads no simulator: a child process does the work."""
+"""`check_fidelity`: the accuracy of a robot's simulation. Loads no simulator: a child process does the work."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from aidsr.validation.fidelity.report import FidelityReport
 def check_fidelity(mjcf: str | Path) -> FidelityReport:
     """Compare the simulation of a robot with exact elastic rods, finer segments and a finer time step.
 
-    Each limb that is a straight elastic chain is held against the exact rod it stands for, against itself with twice
-    the segments, and against half the time step, with the robot's root held. Takes a few seconds.
+    Each limb that is a straight elastic chain is compared with the exact rod that it represents, with the same limb
+    with twice the segments, and with half the time step. The robot's root is fixed. Takes a few seconds.
 
     Args:
-        mjcf: MJCF text, or the path of a file. It should be a robot the validator calls stable.
+        mjcf: MJCF text, or the path of a file. The validator should report no error for this robot.
 
     Raises:
         UserError: The file cannot be read.
-        MjcfError: The text is no model; `aidsr.validate` says what is wrong with it.
+        MjcfError: The text is not a valid model; `aidsr.validate` reports its faults.
         IsolationError: The check took too long or its process died.
     """
     from aidsr.mjcf.read import open_mjcf
@@ -30,7 +30,7 @@ def check_fidelity(mjcf: str | Path) -> FidelityReport:
 
 @isolated
 def examine_fidelity(text: str) -> FidelityReport:
-    """Return the report, made in an isolated process."""
+    """Return the report on MJCF text, computed in an isolated process."""
     from aidsr.validation.fidelity.measure import examine
 
     return examine(text)

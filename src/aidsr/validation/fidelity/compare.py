@@ -1,4 +1,4 @@
-"""A simulated limb held against the exact rod it stands for."""
+"""Comparison of a simulated limb with the exact elastic rod that it represents."""
 
 from __future__ import annotations
 
@@ -20,19 +20,25 @@ Vector = NDArray[np.float64]
 
 _STANDARD_GRAVITY_M_S2 = 9.80665
 _LINEAR_SHARE = 1.0 / 3.0
-"""Linear deflection of the test load / L, which is P L^2 / (E I) = 1. Our choice: a bend of half a radian, large enough
-to need the elastica and usual for such robots."""
+"""Deflection / L that linear beam theory gives for the test load, equivalent to P L^2 / (E I) = 1. Our choice: a bend
+of half a radian, large enough to need the elastica and usual for such robots."""
 _MOST_SAG = 0.5
-"""Linear deflection / L up to which the own weight is taken whole."""
+"""Deflection / L by linear beam theory up to which the full weight of the limb is applied."""
 _LARGEST_BEND_RAD = 3.0
-"""Bend by one cable up to which it is compared. Source: docs/physics.md, the largest bend of its tables."""
+"""Largest bend by one cable at which it is compared. Source: docs/physics.md, the largest bend of its tables."""
 _PLANAR = 0.98
-"""|sum of the segments' bends| / sum of their sizes above which a cable bends its limb in a plane."""
+"""|sum of the segments' bends| / sum of the segments' |bend|, above which a cable bends its limb in a plane."""
 
 
 @dataclass(frozen=True)
 class Arc:
-    """The plane curve to which a cable bends a rod: its tension, the direction of the bend, where the tip ends."""
+    """The plane curve to which a cable bends a rod.
+
+    Attributes:
+        pull_n: Tension of the cable.
+        aside: Unit vector across the limb towards which it bends, world, (3,).
+        tip: Tip of the bent rod.
+    """
 
     pull_n: float
     aside: Vector
@@ -40,7 +46,7 @@ class Arc:
 
 
 def compare(model: mujoco.MjModel, limb: Limb, rod: Rod, cables: tuple[Cable, ...]) -> Iterator[Comparison]:
-    """Yield how far a limb is from its rod: under a tip load, its own weight, in its first swing, pulled by cables."""
+    """Yield the comparisons of a limb with its rod: tip load, own weight, first natural frequency, and each cable."""
     load_n = comparison_load_n(rod)
     exact, simulated = loaded_tip(rod, load_n=load_n), bend_by_load(model, limb, load_n)
     yield _bend("tip load", f"{load_n:.3g} N across the tip", limb, exact, simulated)
@@ -59,12 +65,12 @@ def compare(model: mujoco.MjModel, limb: Limb, rod: Rod, cables: tuple[Cable, ..
 
 
 def comparison_load_n(rod: Rod) -> float:
-    """Return the force across the tip under which a rod is compared [N]."""
+    """Return the transverse tip load for the comparison of a rod [N]."""
     return _LINEAR_SHARE * rod.length_m / _compliance(rod)
 
 
 def bend_by_load(model: mujoco.MjModel, limb: Limb, load_n: float, *, gravity_m_s2: float = 0.0) -> Tip | None:
-    """Return where a force across its tip, and gravity across it, bring a limb to rest; None when nowhere."""
+    """Return the tip of a limb at rest under a transverse tip load and transverse gravity; None if no rest is found."""
     statics = Statics(model, gravity_m_s2 * limb.aside)
 
     def push(pushed: mujoco.MjModel, data: mujoco.MjData, forces: Vector) -> None:
@@ -79,7 +85,7 @@ def bend_by_load(model: mujoco.MjModel, limb: Limb, load_n: float, *, gravity_m_
 
 
 def bend_by_cable(model: mujoco.MjModel, limb: Limb, cable: Cable, arc: Arc) -> Tip | None:
-    """Return where a cable's tension brings a limb to rest, without gravity; None when nowhere."""
+    """Return the tip of a limb at rest under a cable's tension, without gravity; None if no rest is found."""
     statics, unloaded = Statics(model), unloaded_pose(model)
     directions = np.eye(model.nv)[list(limb.bending_dofs)]
 
@@ -95,9 +101,9 @@ def bend_by_cable(model: mujoco.MjModel, limb: Limb, cable: Cable, arc: Arc) -> 
 
 
 def frequency_of(model: mujoco.MjModel, limb: Limb) -> float:
-    """Return the first natural frequency of a simulated limb, the rest of the robot held [rad/s].
+    """Return the first natural frequency of a simulated limb with the rest of the robot fixed [rad/s].
 
-    Source: eigenvalues of M^-1 K in the pose in which no spring is bent.
+    Source: eigenvalues of M^-1 K in the pose in which all joint springs are at rest.
     """
     mass = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, unloaded_pose(model), mass)
@@ -107,13 +113,14 @@ def frequency_of(model: mujoco.MjModel, limb: Limb) -> float:
 
 
 def arc_of(model: mujoco.MjModel, limb: Limb, cable: Cable, pull_n: float = 0.0) -> Arc | None:
-    """Return the arc to which one cable's full pull bends the rod, or None when that is no plane curve.
+    """Return the arc to which one cable bends the rod, or None if that is not a plane curve.
 
     Args:
         model: The robot.
         limb: The limb.
         cable: The cable.
-        pull_n: Its tension; when not given the greatest, or as much as bends the limb by 3 rad.
+        pull_n: Tension of the cable [N]. 0: the cable's greatest tension (one that bends the limb by 1 rad if that is
+            unknown), at most one that bends the limb by 3 rad.
 
     Source: curvature F r / (E I) along the cable, with its moment arm r at rest: constant curvature for a cable beside
         a uniform rod.
@@ -133,7 +140,7 @@ def arc_of(model: mujoco.MjModel, limb: Limb, cable: Cable, pull_n: float = 0.0)
 
 
 def _compare_cable(model: mujoco.MjModel, limb: Limb, cable: Cable) -> Comparison:
-    """Compare one cable's full pull with the arc of the rod."""
+    """Compare the limb under one cable's full tension with the arc of the rod."""
     name, arc = f"cable {cable.name}", arc_of(model, limb, cable)
     if arc is None:
         why = "it does not bend the limb in one plane, so there is no arc to hold it against"
@@ -154,7 +161,10 @@ def _compare_cable(model: mujoco.MjModel, limb: Limb, cable: Cable) -> Compariso
 
 
 def _compare_weight(model: mujoco.MjModel, limb: Limb, rod: Rod) -> Comparison:
-    """Compare the sag of the limb held out sideways; of a very soft one with as much of its weight as it can bear."""
+    """Compare the sag of the limb held horizontally under its own weight.
+
+    For a very soft limb, gravity is reduced so that linear beam theory gives a sag of `_MOST_SAG` L.
+    """
     small = 1e-3 * _STANDARD_GRAVITY_M_S2
     linear_sag = 1e3 * loaded_tip(rod, gravity_m_s2=small).aside_m
     share = min(1.0, _MOST_SAG * limb.length_m / linear_sag) if linear_sag > 0 else 1.0
@@ -165,7 +175,13 @@ def _compare_weight(model: mujoco.MjModel, limb: Limb, rod: Rod) -> Comparison:
 
 
 def _gains(model: mujoco.MjModel, limb: Limb, row: Vector) -> Vector:
-    """Return how far each degree of freedom turns for a pull of 1 N while arms keep their length, (nv,)."""
+    """Return the turn of each degree of freedom per newton of tension, with constant moment arms, (nv,) [rad/N].
+
+    Args:
+        model: The robot.
+        limb: The limb.
+        row: Change of the cable's length with each degree of freedom, (nv,).
+    """
     gains = np.zeros(model.nv)
     for dof in limb.bending_dofs:
         stiffness = float(np.atleast_1d(model.jnt_stiffness[int(model.dof_jntid[dof])])[0])
@@ -174,7 +190,7 @@ def _gains(model: mujoco.MjModel, limb: Limb, row: Vector) -> Vector:
 
 
 def _bends(model: mujoco.MjModel, unloaded: mujoco.MjData, limb: Limb, turns: Vector) -> Vector:
-    """Return the bend of each segment as a turn in the world, twist left out, (n, 3)."""
+    """Return the bend of each segment as a rotation vector in the world, without twist, (n, 3)."""
     bends = np.zeros((len(limb.segment_m), 3))
     ball = int(mujoco.mjtJoint.mjJNT_BALL)
     for dof in limb.bending_dofs:
@@ -191,13 +207,16 @@ def _bends(model: mujoco.MjModel, unloaded: mujoco.MjData, limb: Limb, turns: Ve
 
 
 def _compliance(rod: Rod) -> float:
-    """Return the linear deflection of the tip for a force of 1 N across it [m/N]: the integral of x^2 / (E I)."""
+    """Return the deflection of the tip per newton of transverse tip load in linear beam theory [m/N].
+
+    It is the integral of x^2 / (E I), with x the distance from the tip.
+    """
     to_tip = np.append(np.cumsum(rod.lengths_m[::-1])[::-1], 0.0)
     return float(((to_tip[:-1] ** 3 - to_tip[1:] ** 3) / (3.0 * rod.bending_stiffness_n_m2)).sum())
 
 
 def _end_m(unloaded: mujoco.MjData, data: mujoco.MjData, limb: Limb) -> Vector:
-    """Return where the rod's end is in another pose, world [m]."""
+    """Return the position of the rod's end in another pose, world, (3,) [m]."""
     body = limb.bodies[-1]
     local = unloaded.xmat[body].reshape(3, 3).T @ (limb.end_m - unloaded.xpos[body])
     return np.asarray(data.xpos[body] + data.xmat[body].reshape(3, 3) @ local)
@@ -223,5 +242,5 @@ def _bend(quantity: str, how: str, limb: Limb, exact: Tip, simulated: Tip | None
 
 
 def tip_distance_percent(limb: Limb, one: Tip, other: Tip) -> float:
-    """Return how far two tips are apart, of the limb's length [%]."""
+    """Return the distance between two tips [% of the limb's length]."""
     return 100 * math.hypot(one.along_m - other.along_m, one.aside_m - other.aside_m) / limb.length_m

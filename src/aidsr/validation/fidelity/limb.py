@@ -1,4 +1,4 @@
-"""A chain of a compiled robot read as an elastic limb: where its segments begin and end, and how stiff they are."""
+"""A chain of a compiled robot as an elastic limb: the bounds of its segments and their stiffness."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ _BALL = int(mujoco.mjtJoint.mjJNT_BALL)
 _CAPSULE_LIKE = (int(mujoco.mjtGeom.mjGEOM_CAPSULE), int(mujoco.mjtGeom.mjGEOM_CYLINDER))
 
 _FEWEST = 3
-"""Turning points below which a limb is a linkage and no rod."""
+"""Fewest turning points of an elastic rod; a limb with fewer is a linkage."""
 _MOST_DOFS = 120
-"""Bending degrees of freedom above which a limb is not looked at. Our choice: the check then takes about a minute."""
+"""Most bending degrees of freedom of a limb that is checked. Our choice: the check then takes about a minute."""
 _STRAIGHT_COSINE = math.cos(math.radians(2.0))
-"""Bend between neighbouring segments at rest up to which a limb is straight. Our choice: a rod curved at rest needs a
-theory of its own; two degrees is a slip in written coordinates."""
+"""Cosine of the largest bend between neighbouring segments at rest of a straight limb. Our choice: a rod that is curved
+at rest needs another theory; two degrees is an inaccuracy of written coordinates."""
 _PARALLEL = 0.99
-"""Cosine above which two axes are one. Our choice: 8 degrees."""
+"""Cosine above which two axes count as parallel. Our choice: 8 degrees."""
 _MIDDLE_REACH = 0.75
-"""Reach of the last link / distance of the last two joints below which joints are in the middles of segments (1/2) and
-above which at their starts (1)."""
+"""Reach of the last link / distance between the last two joints, below which joints are in the middles of segments
+(ideal value 1/2) and above which they are at the starts (ideal value 1)."""
 _SNAP = 0.2
-"""Share of a segment by which a drawn end may miss the end of the last segment. Our choice: drawn joints leave gaps of
-up to a fifth of a segment."""
+"""Largest distance / segment length between the end of the last geom and the end of the last segment. Our choice: at
+joints, geoms leave gaps of up to a fifth of a segment."""
 _EVEN = 0.02
-"""Difference in distance between joints up to which segments are equally long."""
+"""Relative difference between the distances of joints up to which segments have equal lengths."""
 
 
 class LimbError(Exception):
-    """A chain that cannot be read as an elastic rod; the message says why."""
+    """Raised if a chain does not qualify as an elastic rod; the message gives the reason."""
 
 
 @dataclass(frozen=True)
@@ -46,18 +46,19 @@ class Limb:
     """One limb in the pose in which its springs are at rest.
 
     Attributes:
-        name: Its first and last body.
-        bodies: The body after each turning point, (n,).
-        axis: Axis about which it is bent in the comparisons, world.
-        along: Direction from the clamp to the tip, world.
-        clamp_m: Where the rod begins, world [m].
-        dofs: Speed of every degree of freedom for a unit turn of each turning point about `axis`, (n, nv).
-        bending_dofs: Degrees of freedom of all its bending, about any axis.
+        name: Names of its first and last body.
+        bodies: Id of the body that each turning point moves, (n,).
+        axis: Unit axis about which the limb is bent in the comparisons, world.
+        along: Unit direction from the clamp to the tip, world.
+        clamp_m: Position of the start of the rod, world [m].
+        dofs: Velocity of all degrees of freedom for a unit turn of each turning point about `axis`, (n, nv).
+        bending_dofs: Indices of the degrees of freedom that bend the limb about any axis.
         joints_at: Whether joints are in the middles or at the starts of segments.
-        clamp_doubled: Whether the first of joints at starts has twice the stiffness, as the half segment it stands for.
+        clamp_doubled: Whether joints are at the starts and the first has twice the stiffness, because it represents
+            half a segment.
         segment_m: Length of each segment, (n,) [m].
-        stiffness_n_m_rad: Of each turning point about `axis`, (n,).
-        radius_m: Half thickness of its links, median [m].
+        stiffness_n_m_rad: Stiffness of each turning point about `axis`, (n,).
+        radius_m: Median half thickness of the links [m].
     """
 
     name: str
@@ -75,17 +76,17 @@ class Limb:
 
     @property
     def length_m(self) -> float:
-        """Length from the clamp to the tip [m]."""
+        """Length of the limb from the clamp to the tip [m]."""
         return float(self.segment_m.sum())
 
     @property
     def end_m(self) -> Vector:
-        """Where the rod ends, world [m]."""
+        """Position of the end of the rod, world [m]."""
         return np.asarray(self.clamp_m + self.length_m * self.along)
 
     @property
     def aside(self) -> Vector:
-        """Direction in which a positive turn about `axis` moves the tip, world."""
+        """Unit direction in which a positive turn about `axis` moves the tip, world."""
         return np.cross(self.axis, self.along)
 
     @property
@@ -96,7 +97,7 @@ class Limb:
 
 
 def unloaded_pose(model: mujoco.MjModel) -> mujoco.MjData:
-    """Return data in the pose in which no spring is bent."""
+    """Return data in the pose in which all joint springs are at rest."""
     data = mujoco.MjData(model)
     data.qpos[:] = model.qpos_spring
     mujoco.mj_forward(model, data)
@@ -104,10 +105,11 @@ def unloaded_pose(model: mujoco.MjModel) -> mujoco.MjData:
 
 
 def read_limb(model: mujoco.MjModel, chain: Chain) -> Limb:
-    """Return a chain as an elastic rod.
+    """Return a chain as an elastic limb.
 
     Raises:
-        LimbError: It has too few joints, is curved at rest, has joints without springs or at uneven distances.
+        LimbError: The chain has too few joints or too many degrees of freedom, is curved at rest, or has joints without
+            stiffness or at uneven distances.
     """
     data = unloaded_pose(model)
     along = _direction(data, model, chain)
@@ -159,12 +161,12 @@ def _direction(data: mujoco.MjData, model: mujoco.MjModel, chain: Chain) -> Vect
 
 
 def _is_bending(model: mujoco.MjModel, data: mujoco.MjData, joint: int, along: Vector) -> bool:
-    """Whether a joint bends a limb rather than twists it."""
+    """Return whether a joint bends a limb instead of twisting it."""
     return int(model.jnt_type[joint]) == _BALL or abs(float(data.xaxis[joint] @ along)) < math.sqrt(0.5)
 
 
 def _bending_axis(model: mujoco.MjModel, data: mujoco.MjData, chain: Chain, along: Vector) -> Vector:
-    """Return the axis about which most of a chain's joints can turn, across the limb."""
+    """Return the unit axis across the limb about which most of its joints can turn."""
     hinges = [
         joint
         for joint in chain.joints
@@ -180,12 +182,12 @@ def _bending_axis(model: mujoco.MjModel, data: mujoco.MjData, chain: Chain, alon
 
 
 def _turning_points(model: mujoco.MjModel, data: mujoco.MjData, chain: Chain, axis: Vector) -> list[tuple[int, Vector]]:
-    """Return the joints that can turn about an axis, each with the speeds that turn it."""
+    """Return the joints that can turn about an axis, each with the velocities (nv,) of a unit turn about it."""
     points = []
     for joint in chain.joints:
         first, speeds = int(model.jnt_dofadr[joint]), np.zeros(model.nv)
         if int(model.jnt_type[joint]) == _BALL:
-            # the speed of a ball joint is expressed in the frame of its body
+            # the velocity of a ball joint is in the frame of its body
             speeds[first : first + 3] = data.xmat[int(model.jnt_bodyid[joint])].reshape(3, 3).T @ axis
             points.append((joint, speeds))
         elif abs(cosine := float(data.xaxis[joint] @ axis)) > _PARALLEL:
@@ -206,9 +208,10 @@ def _bending_dofs(model: mujoco.MjModel, data: mujoco.MjData, chain: Chain, alon
 def _reach_m(
     model: mujoco.MjModel, data: mujoco.MjData, bodies: tuple[int, ...], joint_m: Vector, along: Vector, gap_m: float
 ) -> float:
-    """Return how far the last link extends beyond its joint; what is thicker than the limb is a tool, not limb.
+    """Return the distance that the last link extends beyond its joint, at most `gap_m` [m].
 
-    Where the last link is drawn unlike the others, it is taken for half a segment.
+    A geom thicker than the limb is a tool and not part of the limb. If no geom of the last link looks like the rest of
+    the limb, the last link counts as half a segment.
     """
     width = _radius_m(model, bodies[-2])
     reach = 0.0
@@ -223,7 +226,11 @@ def _reach_m(
 
 
 def _segments(gaps: Vector, reach: float, joints_at: Literal["middles", "starts"]) -> Vector:
-    """Return the lengths of the segments, from the distances between joints and the reach of the last link."""
+    """Return the lengths of the segments, computed from the distances between joints and the reach of the last link.
+
+    Raises:
+        LimbError: Joints in the middles of segments are at uneven distances.
+    """
     last = float(gaps[-1])
     even = float(gaps.max() - gaps.min()) <= _EVEN * last
     whole = last / 2.0 if joints_at == "middles" else last
@@ -240,7 +247,7 @@ def _segments(gaps: Vector, reach: float, joints_at: Literal["middles", "starts"
 
 
 def _is_doubled(stiffness: Vector, segments: Vector) -> bool:
-    """Whether the first joint stands for half a segment: twice the stiffness of the next, per length."""
+    """Return whether the first joint represents half a segment: it has twice the next one's stiffness x length."""
     ratio = stiffness[0] * segments[0] / (stiffness[1] * segments[1])
     return bool(1.8 < ratio < 2.2)
 
@@ -251,6 +258,6 @@ def _geoms(model: mujoco.MjModel, body: int) -> range:
 
 
 def _radius_m(model: mujoco.MjModel, body: int) -> float:
-    """Return the half thickness of a link: the smallest half width of its largest geom [m]."""
+    """Return the half thickness of a link [m]: the smallest half width of its largest geom."""
     sizes = [(float(model.geom_rbound[geom]), float(min(model.geom_aabb[geom][3:]))) for geom in _geoms(model, body)]
     return max(sizes, default=(0.0, 0.0))[1]

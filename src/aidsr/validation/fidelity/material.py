@@ -1,4 +1,4 @@
-"""What the rod is made of that a limb stands for: bending stiffness, mass, and what sits rigidly on its end."""
+"""The properties of the rod that a limb represents: bending stiffness, mass, and a rigid part on its end."""
 
 from __future__ import annotations
 
@@ -10,15 +10,16 @@ from aidsr.sim.structure import Structure
 from aidsr.validation.fidelity.limb import Limb, unloaded_pose
 
 _EXTRA = 0.1
-"""Share by which the last link may be heavier than its neighbour's material before something rigid sits on it. Our
-choice: rounded ends add a few per cent."""
+"""Relative excess of the last link's mass per length over its neighbour's, above which a rigid part sits on the last
+link. Our choice: rounded ends add a few per cent."""
 
 
 def rod_of(model: mujoco.MjModel, structure: Structure, limb: Limb) -> Rod:
-    """Return the rod that a limb stands for.
+    """Return the rod that a limb represents.
 
-    E I = k l of each segment, the mass of each link spread from joint to joint, and what the last link weighs beyond
-    that as a rigid part on the end.
+    For each segment, E I is the joint stiffness times the segment length. The mass of each link is distributed evenly
+    from joint to joint. If the last link is heavier per length than its neighbour by more than `_EXTRA`, the excess is
+    a rigid part on the end.
     """
     bending = limb.stiffness_n_m_rad * limb.segment_m
     if limb.clamp_doubled:
@@ -43,7 +44,7 @@ def rod_of(model: mujoco.MjModel, structure: Structure, limb: Limb) -> Rod:
 def _rigid_part(
     model: mujoco.MjModel, limb: Limb, link: set[int], span_m: float, density_kg_m: float
 ) -> tuple[float, float, float]:
-    """Return mass, offset from the rod's end and inertia of what the last link carries beyond its share of the rod."""
+    """Return the mass, the offset from the rod's end and the inertia of the rigid part on the last link."""
     data = unloaded_pose(model)
     mass = first = second = 0.0
     for body in link:
@@ -57,7 +58,7 @@ def _rigid_part(
 
 
 def _hanging(model: mujoco.MjModel, structure: Structure, body: int) -> set[int]:
-    """Return a body and everything of the robot that hangs from it."""
+    """Return a body and all its descendants in the robot."""
     hanging = {body}
     for other in structure.bodies:
         if int(model.body_parentid[other]) in hanging:

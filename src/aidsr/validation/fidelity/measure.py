@@ -1,4 +1,4 @@
-"""The fidelity of each limb of a robot, measured; runs in the isolated process."""
+"""Measurement of the fidelity of each limb of a robot; runs in the isolated process."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from aidsr.validation.fidelity.report import Comparison, FidelityReport, LimbFid
 from aidsr.validation.mount import mount_model
 
 _CUT_CABLES = 2
-"""Cables with which a limb is compared with twice the segments: those that fitted their arcs worst."""
+"""Most cables for the comparison with twice the segments; those with the largest tip errors are used."""
 
 
 def examine(text: str) -> FidelityReport:
-    """Do the work of `aidsr.validation.fidelity.fidelity`.
+    """Return the fidelity report on MJCF text; does the work of `aidsr.validation.fidelity.check_fidelity`.
 
     Raises:
-        MjcfError: The text is no model.
+        MjcfError: The text is not a valid model.
     """
     mounted = mount_model(load_mjcf(text), "fixed", None)
     model, notes = mounted.model, mounted.notes
@@ -92,7 +92,7 @@ def _worst(cables: tuple[Cable, ...], comparisons: tuple[Comparison, ...]) -> tu
 
 
 def _is_alike(limb: Limb, other: Limb) -> bool:
-    """Whether two limbs are of one build."""
+    """Return whether two limbs have equal dimensions and stiffness."""
     return len(limb.bodies) == len(other.bodies) and all(
         np.allclose(one, two, rtol=1e-3)
         for one, two in (

@@ -1,4 +1,4 @@
-"""What changes when the same limb is computed more finely: twice the segments, or half the time step."""
+"""Convergence of the simulation: change of the results with twice the segments or half the time step."""
 
 from __future__ import annotations
 
@@ -28,25 +28,25 @@ from aidsr.validation.fidelity.rewrite import rewrite
 Array = NDArray[np.float64]
 
 _SAME_TIP_PERCENT = 0.2
-"""Distance of tips / length up to which a rewritten limb is the limb it was written from. Our choice: well below what
-is to be measured."""
+"""Distance between tips [% of the length] up to which a rewritten limb is equivalent to the original. Our choice: well
+below the errors to be measured."""
 _SAME_FREQUENCY = 0.01
 
 _FRAME_STEPS = 5
 _SHORTEST_S, _LONGEST_S = 0.5, 1.5
 _MOST_DRIVES = 8
-"""Actuators driven for the time step check. Our choice: what they share is the integrator, so a few show it."""
+"""Most actuators driven for the time step check. Our choice: they share the integrator, so a few are sufficient."""
 
 
 def twice_the_segments_percent(
     model: mujoco.MjModel, chain: Chain, limb: Limb, rod: Rod, cables: tuple[Cable, ...]
 ) -> float:
-    """Return how far a limb's tip moves when each segment is cut in two, the most over all tests, of its length [%].
+    """Return the largest distance that a limb's tip moves when each segment is split in two [% of its length].
 
     The tests are the tip load of `compare` and every cable that bends the limb in a plane.
 
     Raises:
-        LimbError: The limb cannot be cut; the message says why.
+        LimbError: The segments cannot be split; the message gives the reason.
     """
     guides: dict[Cable, tuple[Guide, ...]] = {}
     for cable in cables:
@@ -73,10 +73,10 @@ def twice_the_segments_percent(
 
 
 def half_step_percent(model: mujoco.MjModel, structure: Structure, limbs: list[Limb]) -> float | None:
-    """Return how far any limb's tip moves when the time step is halved, the most over all tests, of its length [%].
+    """Return the largest distance that any limb's tip moves when the time step is halved [% of the limb's length].
 
-    Each tendon's actuator alone, of which there is at least one, is ramped to the farther end of its range and held, in
-    air, with the root held. None when a simulation diverges.
+    In each test one tendon actuator is ramped to the end of its range that is farther from neutral and held there, with
+    the root fixed and without contacts. The robot must have a tendon actuator. None if a simulation fails.
     """
     tips = [
         _driven_tips(model, structure, [limb.bodies[-1] for limb in limbs], halved=halved) for halved in (False, True)
@@ -104,7 +104,10 @@ def _most_apart(limb: Limb, some: list[Tip | None], others: list[Tip | None]) ->
 
 
 def _driven_tips(model: mujoco.MjModel, structure: Structure, bodies: list[int], *, halved: bool) -> Array | None:
-    """Return where the centres of mass of some bodies are in each test and frame, (n_tests, n_frames, n_bodies, 3)."""
+    """Return the centres of mass of some bodies in each test and frame, (n_tests, n_frames, n_bodies, 3) [m].
+
+    None if a simulation fails.
+    """
     stepped = copy.copy(model)
     stepped.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT) | int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     stepped.opt.timestep = model.opt.timestep / (2 if halved else 1)

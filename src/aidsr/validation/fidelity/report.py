@@ -1,4 +1,4 @@
-"""What the fidelity check says, as numbers and as text."""
+"""The results of the fidelity check, as numbers and as text."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ _LEVELS = (
     (10.0, "right in kind, not in detail"),
     (float("inf"), "no basis for numbers"),
 )
-"""Tip error [% of length] up to which each verdict holds. Source of the first: against a Cosserat rod, chains at the
-resolution of the guides were 0.94 % off and piecewise constant curvature 0.98 % (medians, docs/physics.md). The others
-are our choice."""
+"""Verdicts, each with the tip error [% of the limb's length] up to which it applies. Source of the first: compared with
+a Cosserat rod, chains at the resolution of the guides were 0.94 % off and piecewise constant curvature 0.98 % (medians,
+docs/physics.md). The others are our choice."""
 
 _CABLE = "cable "
-"""How the quantity of every comparison of a cable begins."""
+"""Prefix of the quantity of every comparison that is about a cable."""
 
 _NEVER_SEEN = "Not modelled, so in none of these numbers: cable friction and stretch, shear, hysteresis, plastic bends."
 
@@ -27,19 +27,19 @@ class Comparison(Artifact):
 
     quantity: str
     how: str = ""
-    """What was done to the limb."""
+    """Load on the limb or other condition of the comparison."""
     unit: str
     exact: float | None = None
     simulated: float | None = None
     error_percent: float | None = None
-    """Simulated against exact, of the quantity."""
+    """(simulated / exact - 1) of the quantity [%]."""
     tip_error_percent: float | None = None
-    """How far the simulated tip is from the exact one, of the limb's length."""
+    """Distance between the simulated and the exact tip [% of the limb's length]."""
     note: str = ""
-    """Why there is nothing to compare, where there is not."""
+    """Reason why nothing could be compared, else empty."""
 
     def __str__(self) -> str:
-        """Return the comparison as a line."""
+        """Return the comparison as a line of text."""
         if self.exact is None or self.simulated is None:
             return f"{self.quantity}: {self.note}"
         tip = "" if self.tip_error_percent is None else f", tip off by {self.tip_error_percent:.2g} % of the length"
@@ -48,34 +48,35 @@ class Comparison(Artifact):
 
 
 class LimbFidelity(Artifact):
-    """How faithful one limb is."""
+    """The accuracy of the simulation of one limb."""
 
     name: str
     alike: tuple[str, ...] = ()
-    """Limbs of the same build, which were not looked at again."""
+    """Names of limbs with the same dimensions and stiffness, for which these results hold too."""
     segments: int
     length_m: float
     joints_at: Literal["middles", "starts"]
     clamp_doubled: bool = False
     comparisons: tuple[Comparison, ...]
     twice_the_segments_percent: float | None = None
-    """How far the tip moves when each segment is cut in two, of the length; None when it cannot be cut."""
+    """Distance the tip moves when each segment is split in two [% of the limb's length]; None if that is not
+    possible."""
     not_cut: str = ""
-    """Why it cannot be cut."""
+    """Reason why the segments cannot be split, else empty."""
 
     @property
     def load_error_percent(self) -> float | None:
-        """The largest tip error under loads, of the length [%]: what the backbone does."""
+        """Largest tip error of the backbone under a tip load or its own weight [% of the length]; None without any."""
         return max((each.tip_error_percent or 0.0 for each in self._compared(cables=False)), default=None)
 
     @property
     def cable_error_percent(self) -> float | None:
-        """The largest tip error at the full pull of a cable, of the length [%]."""
+        """Largest tip error at the full tension of a cable [% of the length]; None without any such comparison."""
         return max((each.tip_error_percent or 0.0 for each in self._compared(cables=True)), default=None)
 
     @property
     def trust_percent(self) -> float | None:
-        """The largest tip error of all, of the length [%]; None when nothing could be compared."""
+        """Largest of all tip errors [% of the length]; None if nothing could be compared."""
         errors = (self.load_error_percent, self.cable_error_percent, self.twice_the_segments_percent)
         return max((error for error in errors if error is not None), default=None)
 
@@ -93,12 +94,12 @@ class LimbFidelity(Artifact):
         return "\n".join([*lines, f"  to come closer: {cure}"] if cure else lines)
 
     def _compared(self, *, cables: bool) -> list[Comparison]:
-        """Return the comparisons of tips, either of cables or of everything else."""
+        """Return the comparisons that have a tip error, either those of cables or all others."""
         found = [each for each in self.comparisons if each.tip_error_percent is not None]
         return [each for each in found if each.quantity.startswith(_CABLE) == cables]
 
     def _lines(self) -> list[str]:
-        """Return the comparisons as lines, of the cables only the worst and how many there are."""
+        """Return the comparisons as lines of text; of the cables only the worst, with the number of cables."""
         cables = [each for each in self.comparisons if each.quantity.startswith(_CABLE)]
         others = [str(each) for each in self.comparisons if each not in cables]
         compared = self._compared(cables=True)
@@ -114,7 +115,7 @@ class LimbFidelity(Artifact):
         return f"tip moves by {self.twice_the_segments_percent:.2g} % of the length"
 
     def _verdict(self) -> str:
-        """Return how far the tip can be trusted, in the two ways a limb is used."""
+        """Return the accuracy of the tip in words, under loads and under its cables."""
         parts = [
             f"{when} the tip is right to {error:.2g} % of the length ({error / 100 * self.length_m * 1000:.2f} mm): "
             + next(words for limit, words in _LEVELS if error <= limit)
@@ -142,22 +143,22 @@ class LimbFidelity(Artifact):
 
 
 class FidelityReport(Artifact):
-    """How far the simulation of a robot can be trusted."""
+    """The accuracy of the simulation of a robot."""
 
     limbs: tuple[LimbFidelity, ...]
     left_out: tuple[str, ...] = ()
-    """Limbs that could not be read as elastic rods, and why."""
+    """Limbs that do not qualify as elastic rods, each with the reason."""
     timestep_s: float
     half_step_percent: float | None = None
-    """How far a tip moves when the time step is halved, the most over all tests, of its limb's length; None when that
-    is unknown."""
+    """Largest distance over all tests that a tip moves when the time step is halved [% of its limb's length]; None if
+    unknown."""
     half_step_note: str = ""
-    """Why it is unknown."""
+    """Reason why `half_step_percent` is unknown, else empty."""
     notes: tuple[str, ...] = ()
 
     @property
     def trust_percent(self) -> float | None:
-        """The largest tip error of all limbs and of the time step [% of a limb's length]; None without any limb."""
+        """Largest tip error of all limbs and of the time step [% of a limb's length]; None if nothing is known."""
         errors = [limb.trust_percent for limb in self.limbs]
         return max((error for error in (*errors, self.half_step_percent) if error is not None), default=None)
 

@@ -1,4 +1,4 @@
-"""A limb rewritten as a model of its own, with as many segments as it has or a multiple of them."""
+"""A limb rewritten as a separate MJCF model, with the same number of segments or a multiple of it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Vector = NDArray[np.float64]
 _BALL = int(mujoco.mjtJoint.mjJNT_BALL)
 _HINGE = int(mujoco.mjtJoint.mjJNT_HINGE)
 _IN_PLACE = 1e-3
-"""Share of the length by which a joint may miss its segment's place and still belong there."""
+"""Largest distance / limb length between a joint and the expected joint position of its segment."""
 
 
 def rewrite(
@@ -29,14 +29,14 @@ def rewrite(
     *,
     factor: int = 1,
 ) -> str:
-    """Return the MJCF of one limb standing along +z, each segment cut into `factor` equal ones.
+    """Return the MJCF of one limb that stands along +z, with each segment split into `factor` equal parts.
 
-    A cut segment keeps its elasticity (stiffness and damping of each joint times the factor) and its mass (spread as in
-    the rod); every part of it gets the guides of the whole, in the same places of the smaller segment, as the recipe of
-    two guides a segment asks. Names of tendons are "t0", "t1", … in the order of `cables`.
+    The parts together keep the elasticity of the segment (stiffness and damping of each joint times the factor) and its
+    mass (distributed as in the rod). Each part gets all guides of the segment, at the same relative positions, as the
+    recipe of two guides per segment requires. The tendons are named "t0", "t1", … in the order of `cables`.
 
     Raises:
-        LimbError: The limb has joints that twist it, or axes that turn at different places.
+        LimbError: The limb has joints that twist it, or a joint that is not where its segment's joint should be.
     """
     joints = _joints_of_segments(model, chain, limb)
     root = etree.Element("mujoco")
@@ -91,7 +91,7 @@ def _add_joint(body: etree._Element, model: mujoco.MjModel, limb: Limb, joint: i
 
 
 def _add_material(body: etree._Element, limb: Limb, rod: Rod, begin: float, end: float) -> None:
-    """Give a link the rod's mass between two places, and a shape to be seen by."""
+    """Add to a link the rod's mass between two positions along it [m], and a visual geom."""
     mass = first = second = 0.0
     edges = np.concatenate([[0.0], np.cumsum(rod.lengths_m)])
     for low, high, density in zip(edges[:-1], edges[1:], rod.mass_per_length_kg_m, strict=True):
@@ -118,7 +118,7 @@ def _add_material(body: etree._Element, limb: Limb, rod: Rod, begin: float, end:
 def _places(
     guides: tuple[Guide, ...], limb: Limb, starts: Vector, at: Vector, factor: int
 ) -> list[tuple[int, tuple[float, float, float]]]:
-    """Return the link (0 for the base) and the place in its frame of every guide, in the cable's order."""
+    """Return the link (0 for the base) and the position in its frame [m] of every guide, in the order of the cable."""
     before = [(0, (*guide.across_m, guide.place)) for guide in guides if guide.segment < 0]
     places = []
     for segment in range(len(limb.segment_m)):
@@ -133,7 +133,7 @@ def _places(
 
 
 def _frame(limb: Limb) -> Vector:
-    """Return the rotation from the world into the frame of a rewritten limb."""
+    """Return the rotation matrix from the world to the frame of a rewritten limb, (3, 3)."""
     return np.array([limb.aside, limb.axis, limb.along])
 
 

@@ -1,4 +1,4 @@
-"""Where a simulated limb comes to rest under a load, found without waiting for it."""
+"""The rest pose of a simulated limb under a load, found by Newton's method instead of a simulation."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 Vector = NDArray[np.float64]
 Load = Callable[[mujoco.MjModel, mujoco.MjData, Vector], None]
-"""Adds its generalized forces to the last argument, (nv,)."""
+"""Adds the generalized forces of a load to its last argument, (nv,)."""
 
 _WITHOUT = (
     mujoco.mjtDisableBit.mjDSBL_CONTACT,
@@ -23,16 +23,17 @@ _WITHOUT = (
 _LOAD_STEPS = 4
 _ROUNDS = 60
 _BALANCED = 1e-9
-"""Force left over / largest force, below which a pose is at rest."""
+"""Residual force / largest force below which a pose is at rest."""
 _NUDGE_RAD = 1e-6
 _LARGEST_TURN_RAD = 0.3
-"""Turn of a joint in one round. Our choice: keeps Newton's method near the branch it began on."""
+"""Largest turn of a joint in one iteration. Our choice: keeps Newton's method near the branch on which it began."""
 
 
 class Statics:
-    """A robot of which some degrees of freedom yield elastically and everything else is held.
+    """A robot of which some degrees of freedom are elastic and all others are fixed.
 
-    Contacts, limits, friction, springs of tendons and actuators are left out: this asks what the backbone does.
+    Contacts, limits, equality constraints, friction, tendon springs and actuators are disabled, so that only the
+    backbone acts.
     """
 
     def __init__(self, model: mujoco.MjModel, gravity_m_s2: Vector | None = None) -> None:
@@ -44,14 +45,14 @@ class Statics:
         self.data = mujoco.MjData(self.model)
 
     def rest(self, directions: Vector, load: Load | None = None) -> Vector | None:
-        """Return how far each direction is turned at rest, or None when no rest was found; `data` is left there.
+        """Return the turn of each direction at rest, (n,), or None if no rest pose was found.
 
         Args:
-            directions: Speeds of all degrees of freedom for a unit turn of each, (n, nv).
-            load: What pulls, besides gravity.
+            directions: Velocities of all degrees of freedom for a unit turn of each direction, (n, nv).
+            load: Load in addition to gravity.
 
-        Source: Newton's method on the balance of spring, gravity and load, with a numerical derivative; loads are
-            applied in steps so that large bends are followed and not jumped to.
+        Source: Newton's method on the balance of spring, gravity and load forces, with a numerical derivative. Loads
+            are applied in steps, so that the solution follows large bends continuously.
         """
         turns = np.zeros(len(directions))
         for share in np.arange(1, _LOAD_STEPS + 1) / _LOAD_STEPS:
@@ -70,7 +71,12 @@ class Statics:
         return turns
 
     def at(self, directions: Vector, turns: Vector) -> mujoco.MjData:
-        """Return data with the directions turned by so much, from the pose in which no spring is bent."""
+        """Return `data` with each direction turned by an amount from the pose in which all joint springs are at rest.
+
+        Args:
+            directions: As in `rest`, (n, nv).
+            turns: Turn of each direction, (n,).
+        """
         self.data.qpos[:] = self.model.qpos_spring
         self.data.qvel[:] = 0.0
         mujoco.mj_integratePos(self.model, self.data.qpos, turns @ directions, 1.0)

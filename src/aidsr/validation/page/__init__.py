@@ -1,7 +1,7 @@
-"""The report as a page to look at: one HTML file that needs nothing else.
+"""The report page: one self-contained HTML file.
 
-trace      a report with the signals that its faults were read off, and what each actuator did
-actuators  what each actuator did
+trace      a report with a signal for each fault and a trace of each actuator
+actuators  the trace of each actuator
 cards      one card for each fault
 plots      signals as SVG
 html       the page

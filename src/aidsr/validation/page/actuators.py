@@ -1,4 +1,4 @@
-"""What each actuator did."""
+"""The trace of each actuator: its motion and force in its own test."""
 
 from __future__ import annotations
 
@@ -14,11 +14,14 @@ from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.signals import ActuatorTrace
 
 _MOST_ACTUATORS = 64
-"""Most actuators drawn on a page; of the others the report has the names."""
+"""Most actuators shown on a page; the report has the names of the others."""
 
 
 def actuator_traces(robot: RobotUnderTest) -> Iterator[ActuatorTrace]:
-    """Yield what each actuator did in its own test; nothing for a robot that did not survive settling."""
+    """Yield the trace of each actuator in the single test with its largest effect.
+
+    Yields nothing for a robot that was not simulated or whose simulation of settling failed.
+    """
     evidence = robot.evidence
     if evidence is None or evidence.battery is None:
         return

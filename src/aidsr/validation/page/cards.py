@@ -1,4 +1,4 @@
-"""Each fault as the page shows it: what, where, how much against which limit, and what it was read off."""
+"""One card for each fault on the page: message, location, measured value and limit, plot and lines of the document."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from aidsr.validation.signals import Signal
 
 _MOST_NAMES = 8
 _AROUND = 2
-"""Lines shown on both sides of the one a fault is in."""
+"""Lines shown before and after the line of a fault."""
 _WIDEST = 200
 _GAUGE_DECADES = 1.5
-"""Powers of ten on both sides of the limit."""
+"""Powers of ten that the gauge covers on each side of the limit."""
 
 
 @dataclass(frozen=True)
@@ -27,14 +27,15 @@ class Card:
     fault: Fault
     names: str
     gauge: float | None
-    """Where the measured value stands on a scale with the limit in the middle, in percent; three powers of ten."""
+    """Position of the measured value on a logarithmic scale of three powers of ten with the limit in the middle [%];
+    None without a measured value or a limit."""
     times: str
     plot: str
     test: str
     lines: tuple[tuple[int, str, bool], ...]
-    """Lines of the text around it: number, text, whether it is the one."""
+    """Lines of the document around the fault: number, text, and whether the fault is in this line."""
     more: tuple[Fault, ...] = ()
-    """Others of its kind in the document."""
+    """Other faults with the same code that share this card; only for faults of the document."""
 
     @classmethod
     def of(cls, fault: Fault, signal: Signal | None, mjcf: str, key: str) -> Self:
@@ -55,7 +56,7 @@ class Card:
 
 
 def _times(ratio: float) -> str:
-    """Return how far a value is from its limit, as a person would say it."""
+    """Return in words how far a value is from its limit, given value / limit."""
     if ratio >= 1:
         return f"{100 * (ratio - 1):.2g} % above the limit" if ratio < 2 else f"{_two_digits(ratio)} times the limit"
     if ratio > 0.5:
@@ -68,7 +69,7 @@ def _two_digits(value: float) -> str:
 
 
 def _excerpt(mjcf: str, line: int) -> list[tuple[int, str, bool]]:
-    lines = mjcf.split("\n")  # as XML counts them: Python knows other ends of lines
+    lines = mjcf.split("\n")  # XML counts only "\n"; str.splitlines splits at more characters
     first, last = max(1, line - _AROUND), min(len(lines), line + _AROUND)
     return [(number, _clipped(lines[number - 1]), number == line) for number in range(first, last + 1)]
 
@@ -78,7 +79,7 @@ def _clipped(line: str) -> str:
 
 
 def cards(faults: Sequence[Fault], signals: Sequence[Signal | None], mjcf: str) -> Iterator[Card]:
-    """Yield a card for each fault; those of one kind that the document has again and again share one."""
+    """Yield a card for each fault; faults of the layer "load" with the same code share one card."""
     same: dict[str, list[Fault]] = {}
     for fault in faults:
         if fault.layer == "load":

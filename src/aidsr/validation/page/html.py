@@ -1,4 +1,4 @@
-"""The page itself: one HTML file that needs nothing else."""
+"""The report page as one self-contained HTML file."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from jinja2 import Template
 
 GENERATOR = "aidsr validate"
-"""What the page says it was made by."""
+"""Name of the program that the page gives as its generator."""
 
 _FACTS = {
     "characteristic_length_m": ("length", "m"),
@@ -45,14 +45,14 @@ def page_html(
     repairs: Repairs | None = None,
     fidelity: FidelityReport | None = None,
 ) -> str:
-    """Return the page on a text that was validated.
+    """Return the HTML page on a document that was validated.
 
     Args:
-        mjcf: The text, for the picture and the lines that faults point at.
-        traced: What validation found and read it off.
-        file: The text's name for the title.
-        repairs: What was fixed before validating.
-        fidelity: How far the simulation can be trusted.
+        mjcf: Text of the document, for the picture and the lines of the faults.
+        traced: The report with its signals and actuator traces.
+        file: Name of the document for the title.
+        repairs: Fixes that were applied before validation.
+        fidelity: Result of the fidelity check.
     """
     report = traced.report
     signals = traced.signals or (None,) * len(report.faults)
@@ -80,7 +80,7 @@ def page_html(
 
 @dataclass(frozen=True)
 class _Verdict:
-    """The page's first words."""
+    """The verdict at the top of the page."""
 
     kind: str
     words: str
@@ -110,7 +110,7 @@ def _verdict(faults: tuple[Fault, ...]) -> _Verdict:
 
 
 def _picture(mjcf: str, faults: tuple[Fault, ...]) -> str:
-    """Return a picture with the offending parts highlighted, as a data URL; "" where the text cannot be drawn."""
+    """Return a picture with the faulty parts highlighted, as a data URL; "" if the document cannot be rendered."""
     from aidsr.render.pictures import picture
 
     errors = [fault for fault in faults if fault.severity == "error"] or list(faults)
@@ -126,7 +126,7 @@ def _picture(mjcf: str, faults: tuple[Fault, ...]) -> str:
 
 @dataclass(frozen=True)
 class _Row:
-    """One actuator, as the page shows it."""
+    """The row of one actuator in the page's table."""
 
     trace: ActuatorTrace
     needs: dict[str, Any]

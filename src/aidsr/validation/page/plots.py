@@ -12,17 +12,17 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _FEW_POINTS = 20
-"""Of a curve that shows each of them."""
+"""Most points of a curve that is drawn with a marker at each point."""
 _LARGEST_RATIO = 12.0
-"""Limit / largest value beyond which the limit is named beside the plot instead of flattening the curve."""
+"""Limit / largest value beyond which the limit is not drawn, because it would flatten the curve."""
 
 
 def plot_signal(signal: Signal, key: str) -> str:
     """Return a signal as an <svg> element: curves, limits, and the first bad time.
 
     Args:
-        signal: What to draw.
-        key: Differs between plots of one page.
+        signal: The signal to draw.
+        key: Key of the plot, unique on its page.
     """
     title = f"{signal.quantity} over time: {signal.test}"
     return svg_plot(lambda axes: _draw(axes, signal), (5.6, 2.9), title, key=key)
@@ -74,7 +74,7 @@ def _draw_limit(axes: Axes, limit: float) -> None:
 
 
 def _draw_first_bad(axes: Axes, time_s: float, end_s: float) -> None:
-    """A line at the time, named above the axes, where no curve is."""
+    """Draw a vertical line at a time, with its label above the axes, where no curve is."""
     axes.axvline(time_s, color=BAD, lw=1.1)
     axes.annotate(
         f"first bad at {format_number(time_s)} s",

@@ -1,4 +1,4 @@
-"""`trace_report`: a report with the signals that show its faults. Loads no simulator: a child process does the work."""
+"""`trace_report`: a report with signals and actuator traces. Loads no simulator: a child process does the work."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from aidsr.validation.validator import Mount, failed_report
 
 
 class TracedReport(Artifact):
-    """A report and what it was read off."""
+    """A report with the signals of its faults and the traces of the actuators."""
 
     report: ValidationReport
     signals: tuple[Signal | None, ...] = ()
-    """One for each fault of the report; None where a fault is no matter of time."""
+    """One signal for each fault of the report; None for a fault without a course over time. Empty if the child process
+    failed."""
     actuators: tuple[ActuatorTrace, ...] = ()
 
 
@@ -29,7 +30,10 @@ def trace_report(
     select: Collection[str] = (),
     ignore: Collection[str] = (),
 ) -> TracedReport:
-    """Validate a text as `aidsr.validate` does, and keep what the page shows; see there for the arguments."""
+    """Validate MJCF text as `aidsr.validate` does and return the report with its signals and actuator traces.
+
+    See `aidsr.validate` for the arguments.
+    """
     try:
         return trace_isolated(mjcf, mount, needs_contact, realizable, tuple(select), tuple(ignore))
     except (IsolationError, MjcfError) as error:
@@ -40,7 +44,7 @@ def trace_report(
 def trace_isolated(
     text: str, mount: Mount, needs_contact: bool, realizable: bool, select: tuple[str, ...], ignore: tuple[str, ...]
 ) -> TracedReport:
-    """Return a report with its signals, made in an isolated process; the arguments are those of `trace_report`."""
+    """Return a report with its signals, computed in an isolated process; the arguments are those of `trace_report`."""
     from aidsr.validation.engine import examine_text
     from aidsr.validation.page.actuators import actuator_traces
     from aidsr.validation.registry import find_rule

@@ -1,4 +1,4 @@
-"""Could the tendons be cables: do they keep out of the body, with a guide in every segment."""
+"""Rules for tendons that could not be built as cables: they run through parts or skip segments without a guide."""
 
 from __future__ import annotations
 
@@ -19,15 +19,16 @@ from aidsr.validation.rule import Example, Rule, Stage
 from aidsr.validation.solids import depth_m, half_width_m
 
 THROUGH_BODY_SHARE = 0.25
-"""Depth of a tendon inside a body between its guides / half width of that body. Our choice."""
+"""Largest depth of a tendon inside a part between its guides / half width of that part. Our choice."""
 _ALONG = np.linspace(0, 1, 17)[1:-1, None]
-"""Where along a line it is looked at, as shares of its length; a segment is passed in several places."""
+"""Points at which the depth along a line is sampled, as shares of its length, (15, 1)."""
 
 
 def _find_buried_tendons(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find cables that run between two guides through parts that neither guide belongs to, drawn and driven.
+    """Find cables that run through parts between two guides, in the reference pose and at the ends of tests.
 
-    MuJoCo pulls a tendon straight from site to site, whatever is between them.
+    The parts of the guides and their neighbours may be touched, see `_own_parts`. In MuJoCo a tendon is straight from
+    site to site and passes through everything between them.
     """
     lines = _Lines.of(robot)
     worst: dict[int, tuple[float, float, str]] = {}
@@ -48,7 +49,10 @@ def _find_buried_tendons(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _poses(robot: RobotUnderTest) -> Iterator[mujoco.MjData]:
-    """The drawn pose and the ends of the tests of single actuators."""
+    """Yield the data in the reference pose and at the ends of the tests of single actuators.
+
+    The same object is yielded for each test; the next one overwrites it.
+    """
     evidence = robot.driven
     yield evidence.start
     if evidence.battery is None:
@@ -62,7 +66,7 @@ def _poses(robot: RobotUnderTest) -> Iterator[mujoco.MjData]:
 
 
 def _spans(robot: RobotUnderTest, tendon: Tendon) -> Iterator[tuple[int, int]]:
-    """Neighbouring sites that the tendon joins by a straight line."""
+    """Yield the pairs of neighbouring sites that a tendon connects by a straight line."""
     wraps = tendon_wraps(robot.model, tendon.id)
     for (kind, site), (next_kind, next_site) in pairwise(wraps):
         if kind == WRAP_SITE and next_kind == WRAP_SITE:
@@ -71,12 +75,12 @@ def _spans(robot: RobotUnderTest, tendon: Tendon) -> Iterator[tuple[int, int]]:
 
 @dataclass(frozen=True)
 class _Lines:
-    """All straight lines of tendons between different parts, and the geoms each may touch.
+    """All straight lines of tendons between different parts, and the geoms that each line may touch.
 
     Attributes:
-        tendons: Tendon of each line, n_lines.
-        sites: Its two sites, (n_lines, 2).
-        own: Geoms it may touch, (n_lines, ngeom).
+        tendons: Tendon id of each line, n_lines.
+        sites: Ids of the two sites of each line, (n_lines, 2).
+        own: Whether each line may touch each geom, (n_lines, ngeom).
     """
 
     tendons: tuple[int, ...]
@@ -98,7 +102,7 @@ class _Lines:
         return cls(tuple(tendon for tendon, _ in found), sites, np.array([own[pair] for pair in ends]))
 
     def buried(self, robot: RobotUnderTest, data: mujoco.MjData) -> Iterator[tuple[int, float, float, str]]:
-        """Tendon, depth / half width, half width [m] and name of every part that a line passes through."""
+        """Yield (tendon id, depth / half width, half width [m], body name) of every part that a line passes through."""
         begin, end = data.site_xpos[self.sites[:, 0]], data.site_xpos[self.sites[:, 1]]
         apart = data.geom_xpos - ((begin + end) / 2)[:, None]
         reach = np.linalg.norm(end - begin, axis=1)[:, None] / 2 + robot.model.geom_rbound
@@ -112,9 +116,9 @@ class _Lines:
 
 
 def _own_parts(robot: RobotUnderTest, one: int, other: int) -> NDArray[np.bool_]:
-    """Geoms that a line between two bodies may touch, (ngeom,).
+    """Return which geoms a line between two bodies may touch, (ngeom,).
 
-    Those of the bodies and of their neighbours, but none of a body that it passes over; and the environment's.
+    These are the geoms of the two bodies, of their neighbours that are not between them, and of the environment.
     """
     model, weld = robot.model, robot.model.body_weldid.tolist()
     ends = {weld[one], weld[other]}
@@ -165,10 +169,10 @@ def _find_skipped_segments(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _skipped_joints(robot: RobotUnderTest, site: int, next_site: int) -> int:
-    """Turning points along which a straight cable between two sites runs; 0 where it crosses free space.
+    """Return the number of turning points between two sites that a straight cable runs along; 0 if it crosses a loop.
 
-    Along a limb the skipped joints are no farther from the cable than its guides are from their own joints; a cable
-    across a loop keeps away from the joints between.
+    The cable runs along the limb if none of these turning points is farther from it than the sites are from their
+    nearest turning point. A cable across a loop is farther from the turning points.
     """
     model, data = robot.model, robot.driven.start
     begin, end = data.site_xpos[site], data.site_xpos[next_site]
@@ -191,7 +195,7 @@ def _skipped_joints(robot: RobotUnderTest, site: int, next_site: int) -> int:
 
 
 def _between(robot: RobotUnderTest, one: int, other: int) -> list[int]:
-    """Bodies with joints on the way from one body to another through the tree."""
+    """Return the bodies with joints on the path from one body to another through the kinematic tree."""
     parents, joints = robot.model.body_parentid.tolist(), robot.model.body_jntnum.tolist()
 
     def ancestors(body: int) -> list[int]:

@@ -1,4 +1,4 @@
-"""Does the robot keep its shape: without gravity, and under its own weight."""
+"""Rules for robots that lose their shape without being driven: without gravity, or under their own weight."""
 
 from __future__ import annotations
 
@@ -20,26 +20,27 @@ from aidsr.validation.signals import Signal
 
 COLLAPSE_ERROR = 0.9
 COLLAPSE_WARNING = 0.35
-"""Sag / L. Soft arms under their own weight sag by up to a third and can still be driven. Our choice."""
+"""Sag / L above which it is an error or a warning. Soft arms sag by up to a third under their own weight and can still
+be driven. Our choice."""
 WEIGHTLESS_SHARE = 0.5
-"""Share of the sag that may remain without gravity for gravity to be the cause. Our choice."""
+"""Largest share of the deformation that remains after its cause (gravity or springs) is removed. Our choice."""
 PASSIVE_COLLAPSE_SHARE = 0.6
-"""Deformation / L without gravity: springs are not at rest in the drawn pose. Our choice."""
+"""Deformation / L without gravity above which springs are not at rest in the reference pose. Our choice."""
 _OFF_REST_RAD = 0.02
-"""Angle between a joint's springref and the drawn pose that is named. Our choice."""
+"""Angle between a joint's springref and its reference pose, above which the joint is a possible cause. Our choice."""
 _WITH_GRAVITY, _WEIGHTLESS = 0, 1
 _HINGE = int(mujoco.mjtJoint.mjJNT_HINGE)
 
 
 def _find_gravity_collapse(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find robots that lose their shape under their own weight, where their weight is what bends them."""
+    """Find robots that sag too far under their own weight, if they do not deform as much without gravity."""
     if not robot.settled:
         return
     sag, names = _deformation(robot, _WITH_GRAVITY)
     without, _ = _deformation(robot, _WEIGHTLESS)
     if sag <= COLLAPSE_WARNING or without > WEIGHTLESS_SHARE * sag:
         return
-    # limbs that motors in their joints hold are limp when the motors are off, as those of an animal
+    # limbs that motors in their joints hold up sag when the motors are off, so that is no error
     severe = sag > COLLAPSE_ERROR and bool(robot.structure.tendon_actuators)
     yield GRAVITY_COLLAPSE.fault(
         severity="error" if severe else "warning",
@@ -54,7 +55,7 @@ def _find_gravity_collapse(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _find_passive_collapse(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find robots that do not stay as they were drawn without gravity."""
+    """Find robots that deform without gravity."""
     without, names = _deformation(robot, _WEIGHTLESS)
     if robot.settled and without > PASSIVE_COLLAPSE_SHARE:
         likely, cure = _why_deformed(robot, without)
@@ -71,7 +72,10 @@ def _find_passive_collapse(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _why_deformed(robot: RobotUnderTest, deformation: float) -> tuple[str, str | None]:
-    """What pulls a robot out of its drawn pose: springs of joints, of tendons, or constraints, by taking each away."""
+    """Return the likely cause of a deformation without gravity and its cure; None instead of a cure if unknown.
+
+    Joint springs, tendon springs and equality constraints are removed in turn in counterfactual simulations.
+    """
     model = robot.model
     off_rest = {
         robot.joint(joint): math.degrees(away)
@@ -114,7 +118,7 @@ def _why_deformed(robot: RobotUnderTest, deformation: float) -> tuple[str, str |
 
 
 def _deformation_if(robot: RobotUnderTest, variant: Variant) -> float:
-    """Deformation / L without gravity in a changed model."""
+    """Return the deformation / L without gravity in a changed model."""
     changed = copy.copy(robot.model)
     variant(changed)
     evidence = gather_evidence(changed, robot.structure)
@@ -122,7 +126,12 @@ def _deformation_if(robot: RobotUnderTest, variant: Variant) -> float:
 
 
 def _deformation(robot: RobotUnderTest, simulation: int) -> tuple[float, tuple[str, ...]]:
-    """Largest displacement from the drawn pose after settling / L, and the body where it is."""
+    """Return the largest displacement / L of a body from the reference pose after settling, and the body's name.
+
+    Args:
+        robot: The tested robot.
+        simulation: `_WITH_GRAVITY` or `_WEIGHTLESS`.
+    """
     evidence, structure = robot.driven, robot.structure
     moved = np.linalg.norm(evidence.settling_m[simulation, -1] - evidence.drawn_m, axis=-1)[: len(structure.bodies)]
     if not moved.size:

@@ -1,4 +1,4 @@
-"""Do parts get into each other, or into what stands around, while the actuators pull."""
+"""Rule for parts that penetrate each other or their surroundings while the actuators drive the robot."""
 
 from __future__ import annotations
 
@@ -19,33 +19,39 @@ from aidsr.validation.rules.ranges import known_tests
 from aidsr.validation.signals import Signal
 
 CROSSED = 3.0
-"""Overlap / half the thickness of the thinner part that is an error. Our choice: 2 is the whole thickness, as deep as
-two equal round parts ever get, and arms of sound robots that meet while commands are random come to that. At 3 a thin
-part has gone through by half its thickness again. For 5 % of a test no robot without a fault was above 2.3; tips that
-passed through each other were above 3.5."""
+"""Overlap / half the thickness of the thinner part above which it is an error. Our choice: 2 is the whole thickness,
+the most for two equal round parts, and arms of sound robots that meet under random commands reach it. At 3 a thin part
+has passed through by half its thickness. For 5 % of a test no robot without a fault was above 2.3; tips that passed
+through each other were above 3.5."""
 _LONG, _BRIEF = 0.05, 0.02
-"""Shares of a test during which parts are so deep in each other, for an error and for a warning. Our choice: limbs that
-swing into each other come apart again, and a single frame tells little. Of 19 designs of language models that were
-above 1 in some frame, 6 had policies that were not valid for it; of 5 that were for 2 % of a test, all 5."""
+"""Shares of a test during which an overlap must be too deep, for an error and for a warning. Our choice: limbs that
+swing into each other separate again, and a single frame is not significant. Of 19 designs of language models that were
+above 1 in some frame, 6 had policies that were invalid for this reason; of 5 that were above 1 for 2 % of a test, all
+5 had."""
 _EVERY_FRAME = ("all", "sweep")
 _EVERY_OTHER = 4
-"""Frames from one look to the next in the other tests. Our choice: limbs meet where all pull or where commands change
-at random, what one actuator alone presses into something stays there, and to look at every frame of every test costs a
-tenth of simulating them."""
+"""In tests other than those of `_EVERY_FRAME`, every how many frames are checked. Our choice: limbs meet when all
+actuators pull or when commands are random, whereas a part that one actuator presses into something stays there, and
+checking every frame of every test costs a tenth of the time of simulating them."""
 
 
 @dataclass(frozen=True)
 class _Held:
-    """An overlap that is held, and the row of the test in the battery."""
+    """A sustained overlap.
+
+    Attributes:
+        overlap: The overlap.
+        row: Row of its test in the battery.
+    """
 
     overlap: DeepOverlap
     row: int
 
 
 def _find_driven_overlap(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find overlaps of the robot with itself or with anything else in the tests that do not diverge.
+    """Find sustained overlaps of the robot with itself or with anything else in the tests that do not diverge.
 
-    Parts that may pass through each other make no contact, and do not count.
+    Parts between which contacts are disabled do not count.
     """
     overlaps = _overlaps(robot)
     limits: tuple[tuple[Severity, float, float], ...] = (("error", _LONG, CROSSED), ("warning", _BRIEF, DEEP))
@@ -70,7 +76,7 @@ def _find_driven_overlap(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _overlaps(robot: RobotUnderTest) -> dict[int, list[DeepOverlap | None]]:
-    """Return the robot's deepest overlap in each frame looked at, the deepest first, by row of the battery."""
+    """Return the robot's deepest overlap in each checked frame, the deepest first, by row of the battery."""
     frames, tests = _Frames(robot), robot.driven.tests
     found = {}
     for row in sorted(set(known_tests(robot)).intersection(robot.sound_tests)):
@@ -84,14 +90,14 @@ def _share(overlap: DeepOverlap | None) -> float:
 
 
 def _deepest_held(overlaps: dict[int, list[DeepOverlap | None]], share: float) -> _Held | None:
-    """Return the deepest overlap of those that are reached for a share of a test."""
+    """Return the deepest overlap that is reached or exceeded during a share of a test, or None without any overlap."""
     reached = ((looks[int(share * len(looks))], row) for row, looks in overlaps.items())
     held = [_Held(overlap, row) for overlap, row in reached if overlap is not None]
     return max(held, key=lambda each: each.overlap.share, default=None)
 
 
 class _Frames:
-    """Looks at recorded frames of the battery."""
+    """Recorded frames of the battery and the overlaps in them."""
 
     def __init__(self, robot: RobotUnderTest) -> None:
         self.model, self.data = robot.model, mujoco.MjData(robot.model)
@@ -99,11 +105,15 @@ class _Frames:
         self.battery = robot.driven.battery
 
     def of(self, row: int) -> NDArray[np.float64]:
-        """Return the positions in a test, (n_frames, nq)."""
+        """Return the joint positions `qpos` of all frames of a test, (n_frames, nq)."""
         return np.zeros((0, self.model.nq)) if self.battery is None else self.battery.fields["qpos"][row]
 
     def look(self, qpos: NDArray[np.float64]) -> DeepOverlap | None:
-        """Return the deepest overlap of the robot in a frame."""
+        """Return the deepest overlap of the robot in a frame, or None.
+
+        Args:
+            qpos: Joint positions of the frame, (nq,).
+        """
         self.data.qpos[:] = qpos
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_collision(self.model, self.data)

@@ -1,4 +1,4 @@
-"""Is every part made of something that exists."""
+"""Rule for bodies with a density that no material has."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from aidsr.validation.solids import volume_m3
 
 DENSITY_LOW_KG_M3 = 5.0
 DENSITY_HIGH_KG_M3 = 23_000.0
-"""Lightest foam; densest solid (osmium, 22,590 kg/m3)."""
+"""Density range of materials: from the lightest foam to the densest solid (osmium, 22,590 kg/m3)."""
 
 
 def densities_kg_m3(robot: RobotUnderTest) -> dict[int, float]:
-    """Return mass / volume of the geoms of each body whose geoms all have a volume [kg/m3]."""
+    """Return the mass / volume of each body of the robot whose geoms all have a known volume [kg/m3], by body id."""
     model = robot.model
     found: dict[int, float] = {}
     for body in robot.structure.bodies:
@@ -27,7 +27,7 @@ def densities_kg_m3(robot: RobotUnderTest) -> dict[int, float]:
 
 
 def _find_implausible_densities(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find moving bodies lighter than foam or denser than osmium."""
+    """Find bodies lighter than foam or denser than osmium."""
     odd = {
         robot.body(body): density
         for body, density in densities_kg_m3(robot).items()

@@ -1,6 +1,6 @@
-"""Faults of the document, which `aidsr.mjcf` finds while it reads and compiles it.
+"""Rules for faults of the document, which `aidsr.mjcf` finds while it reads and compiles it.
 
-Their texts stand where the document is read: they quote it, and MuJoCo.
+The messages of these faults are in `aidsr.mjcf`, because they quote the document and MuJoCo's errors.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Does the robot stay where it was put, or fall."""
+"""Rules for robots that fall instead of staying at their initial position."""
 
 from __future__ import annotations
 
@@ -27,24 +27,25 @@ from aidsr.validation.rules.topology import string_ends
 from aidsr.validation.signals import Signal
 
 DROP_SHARE = 0.3
-"""Fall of a root / L: the whole of one that does not land, of another what is below it in the drawn pose, since what
-stands may topple. Our choice."""
+"""Largest fall / L of a root that does not land. For a root that lands, the same limit applies to the clearance below
+it in the reference pose, because a standing robot may topple. Our choice."""
 _LANDED_SPEED = 0.3
 """Speed of the root / sqrt(g L) below which a fall has ended. Our choice."""
 _SINKING_STEPS = 30
-"""Each is a hundredth of L: thinner than what robots and grounds are made of. Our choice."""
-_UPHOLDING = 0.3
-"""Cosine between gravity and a contact's normal from where the contact carries: a wall beside a robot does not. Our
+"""Steps of the search for the clearance, each a hundredth of L: thinner than the parts of robots and grounds. Our
 choice."""
+_UPHOLDING = 0.3
+"""Cosine between gravity and a contact's normal above which the contact supports weight; a wall beside a robot does
+not. Our choice."""
 _WITH_GRAVITY = 0
 _TRAVELLING = (int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 _OF_JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
 
 
 def _find_drops(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find roots that do not stay where they were put: that fall for ever, or land from above.
+    """Find roots that do not stay at their initial position: that fall without end, or drop before they land.
 
-    Environment joints that carry the robot are forgiven: only roots with joints of their own can drop.
+    Only roots with joints of their own can drop; joints of the environment that carry the robot do not count.
     """
     model, evidence = robot.model, robot.driven
     down = np.array(model.opt.gravity)
@@ -61,7 +62,7 @@ def _find_drops(robot: RobotUnderTest) -> Iterator[Fault]:
             speed = float(evidence.settle.speed_m_s[_WITH_GRAVITY, -1, root])
             landed = speed < _LANDED_SPEED * math.sqrt(STANDARD_GRAVITY_M_S2 * robot.length_m)
             if landed and _clearance_m(robot, root, down) < DROP_SHARE * robot.length_m:
-                continue  # it stood on the ground or just above it and toppled, as a limp animal does
+                continue  # it stood on the ground or just above it and toppled
             first = int(np.argmax(path > DROP_SHARE * robot.length_m))
             found = _Drop(robot.body(root), float(path[-1]) / robot.length_m, (first + 1) * evidence.settle.frame_s)
             drops.setdefault(landed, []).append(found)
@@ -70,9 +71,9 @@ def _find_drops(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _held_roots(robot: RobotUnderTest) -> Iterator[int]:
-    """Roots that something else than the ground holds: motors of their own joints, or a string elsewhere.
+    """Yield the roots that motors of their own joints or a passive tendon to another root or to the world hold.
 
-    A motor that turns a root does not hold what a slide or free joint lets go.
+    A motor that turns a root does not count if the root also has a free or slide joint without a motor.
     """
     model = robot.model
     driven = {
@@ -92,9 +93,12 @@ def _held_roots(robot: RobotUnderTest) -> Iterator[int]:
 
 
 def _clearance_m(robot: RobotUnderTest, root: int, down: Array) -> float:
-    """How far what hangs from a root can sink from the drawn pose before it touches what is around the robot [m].
+    """Return the distance that a root and its descendants can sink from the reference pose until something supports it.
 
-    Up to `DROP_SHARE` L; that where nothing is below. What stands beside it carries nothing, nor what touches nothing.
+    Contacts with the surroundings count if their normal is close enough to the direction of gravity to support weight.
+
+    Returns:
+        Distance [m], at most `DROP_SHARE` L.
     """
     model, most_m, data = robot.model, DROP_SHARE * robot.length_m, copy.copy(robot.driven.start)
     below = [body for body in range(model.nbody) if int(model.body_rootid[body]) == root]
@@ -116,7 +120,13 @@ def _clearance_m(robot: RobotUnderTest, root: int, down: Array) -> float:
 
 @dataclass(frozen=True)
 class _Drop:
-    """A root that fell: by how much / L, and when that was too much."""
+    """A root that fell.
+
+    Attributes:
+        name: Name of the root body.
+        share: Fall at the end of settling / L.
+        first_time_s: Time at which the fall exceeded `DROP_SHARE` L [s].
+    """
 
     name: str
     share: float

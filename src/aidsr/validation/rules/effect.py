@@ -1,4 +1,4 @@
-"""Do the actuators move the robot, and if not, what holds it: limits, mass, weakness, stiffness."""
+"""Rules for actuators that do not move the robot, by cause: limits, surroundings, mass, weak actuators, stiffness."""
 
 from __future__ import annotations
 
@@ -34,26 +34,29 @@ from aidsr.validation.signals import Signal
 from aidsr.validation.thresholds import MAX_MASS_RATIO
 
 MIN_EFFECT = 0.05
-"""Largest displacement / L that an actuator causes; a task cannot distinguish less from doing nothing. Our choice."""
+"""Smallest effect / L of the actuators of a working robot; a task cannot distinguish less from no motion. Our choice.
+"""
 MIN_SINGLE_EFFECT = 0.02
-"""The same for one actuator among others that do move the robot: a leg that presses on the ground moves little. Our
-choice."""
+"""The same for a single actuator of a robot that other actuators do move: a leg that presses on the ground moves
+little. Our choice."""
 _GROUNDS = (int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD))
 _MOST_NAMED = 4
 _LIMIT_GAIN = 3.0
-"""Effect without joint and tendon limits / effect with them. Our choice."""
+"""Effect without an obstacle (limits, surroundings, outlier mass, stiffness) / effect with it, above which the obstacle
+is the cause. Our choice."""
 WEAK_SHARE = 0.5
-"""Largest tension / weight of what moves; less cannot lift the robot. Our choice."""
+"""Largest actuator force / weight of the moving parts; less cannot lift the robot. Our choice."""
 SOFTER_FACTOR = 0.02
 """Factor on stiffness and damping in the counterfactual of a stiff robot. Our choice."""
 _ELASTIC_SHARE = 0.4
-"""Gain in it / what springs alone would give, above which springs are what holds the robot. Our choice."""
+"""Gain of the effect in this counterfactual / gain if only springs held the robot, above which springs are the cause.
+Our choice."""
 
 
 def _find_no_effect(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find actuators that do not move the robot, and by changing one thing after the other what is in the way.
+    """Find actuators that do not move the robot, and the cause by counterfactual simulations.
 
-    An error where no command that is held moves the robot, whatever jolts it when commands change; a warning where
+    It is an error if no constant command moves the robot, even if changing commands jolt it, and a warning if only
     single actuators have no effect.
     """
     evidence = robot.driven
@@ -108,7 +111,7 @@ def _find_no_effect(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _furniture(robot: RobotUnderTest) -> list[int]:
-    """Geoms around the robot, but the ground, that it touches after settling or at the end of a test."""
+    """Return the geoms of the surroundings, except the ground, that touch the robot after settling or after a test."""
     model, evidence, found = robot.model, robot.driven, set[int]()
     battery, data = battery_of(robot), mujoco.MjData(robot.model)
     for state in (evidence.settle.states[0], *battery.states):
@@ -129,7 +132,7 @@ def _named(robot: RobotUnderTest, geoms: Sequence[int]) -> str:
 
 
 def _travels(robot: RobotUnderTest, rows: Sequence[int]) -> bool:
-    """Whether a root with joints of its own goes elsewhere than in the reference, as on wheels that spin."""
+    """Return whether a root with joints moves away from its path in the reference test, as on spinning wheels."""
     roots = [root for root in robot.structure.roots if root in robot.structure.moving]
     places_m = battery_of(robot).fields["xipos"][:, :, roots]
     ways_m = np.linalg.norm(places_m[list(rows)] - places_m[0], axis=-1)
@@ -154,7 +157,7 @@ def _mass_fault(robot: RobotUnderTest, drives: list[int], ratio: float, whole: b
 
 
 def _strength_fault(robot: RobotUnderTest, weak: list[int], tests: list[int], whole: bool, least: float) -> Fault:
-    """Too weak, too stiff, or without a cause that another trial shows."""
+    """Return the fault of weak actuators, of a stiff robot, or of an unknown cause."""
     evidence = robot.driven
     ranged = [drive for drive in evidence.drives if drive.ranged]
     tension_n = max(max(abs(drive.force_low_n), abs(drive.force_high_n)) for drive in ranged)
@@ -170,7 +173,7 @@ def _strength_fault(robot: RobotUnderTest, weak: list[int], tests: list[int], wh
             likely_cause="force limits, gain or control range are too small",
         )
     soft = robot.effects_if("softer", softer(SOFTER_FACTOR), tests)
-    # of a robot that is far too stiff the effect stays small, and still goes with 1 / stiffness
+    # if a robot is far too stiff, its effect stays below `MIN_EFFECT` but is still proportional to 1 / stiffness
     stiff = improved_drives(robot, weak, soft, _LIMIT_GAIN) or improved_drives(
         robot, weak, soft, _ELASTIC_SHARE / SOFTER_FACTOR, visible=0.0
     )
@@ -188,7 +191,7 @@ def _strength_fault(robot: RobotUnderTest, weak: list[int], tests: list[int], wh
 
 
 def measured_drives(robot: RobotUnderTest) -> list[int]:
-    """Return the actuators with a range whose own tests do not diverge, so that their effect is known."""
+    """Return the indices in `Evidence.drives` of actuators with a control range whose single tests do not diverge."""
     sound, drives = set(robot.sound_tests), robot.driven.drives
     return [
         index for index, drive in enumerate(drives) if drive.ranged and sound.issuperset(robot.single_tests([index]))
@@ -198,7 +201,15 @@ def measured_drives(robot: RobotUnderTest) -> list[int]:
 def improved_drives(
     robot: RobotUnderTest, drives: Sequence[int], effects: dict[int, float], factor: float, visible: float | None = None
 ) -> list[int]:
-    """Return the actuators whose effect becomes visible, and `factor` times as large, when something is changed."""
+    """Return the actuators whose effect becomes visible and more than `factor` times as large in a changed model.
+
+    Args:
+        robot: The tested robot.
+        drives: Indices of the actuators in `Evidence.drives`.
+        effects: Effects / L in the changed model, by row of the battery.
+        factor: Smallest gain.
+        visible: Smallest effect / L that is visible; `MIN_EFFECT` if None.
+    """
     least = MIN_EFFECT if visible is None else visible
     return [
         index
@@ -208,7 +219,7 @@ def improved_drives(
 
 
 def largest_effect_if(robot: RobotUnderTest, drives: Sequence[int], effects: dict[int, float]) -> float:
-    """Return the largest effect of some actuators, each alone, in a changed model."""
+    """Return the largest effect / L of some actuators, each driven alone, in a changed model."""
     return max((effects[test] for test in robot.single_tests(drives)), default=0.0)
 
 
@@ -224,7 +235,19 @@ def effect_fault(
     limit: float,
     whole: bool = True,
 ) -> Fault:
-    """Return a fault of some actuators that do too little, with what they would do in a changed model."""
+    """Return a fault of actuators with too small an effect, with their effect in a changed model.
+
+    Args:
+        robot: The tested robot.
+        rule: Rule of the fault.
+        drives: Indices of the actuators in `Evidence.drives`.
+        effects: Effects / L in the changed model, by row of the battery.
+        message: Beginning of the message.
+        instead: Description of the changed model, for example "without limits".
+        likely_cause: Likely cause of the fault.
+        limit: Smallest effect / L without a fault.
+        whole: Whether no actuator moves the robot, which is an error; else the fault is a warning.
+    """
     evidence = robot.driven
     freed_mm = format_number(1000 * largest_effect_if(robot, drives, effects) * robot.length_m)
     return rule.fault(
@@ -240,7 +263,7 @@ def effect_fault(
 
 
 def effect_signal(robot: RobotUnderTest, fault: Fault) -> Signal | None:
-    """Return how far the named actuators move the robot, each in its own test; all of them where none is named."""
+    """Return the displacement by each actuator of a fault in its own test, or by all actuators if it names none."""
     moved = moved_over_length(robot)
     curves: dict[str, Array] = {}
     for drive in find_drives(robot, fault.names) or range(len(robot.driven.drives)):

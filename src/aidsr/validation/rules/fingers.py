@@ -1,4 +1,4 @@
-"""Can limbs that stand side by side close on something."""
+"""Rule for grippers whose fingers cannot close."""
 
 from __future__ import annotations
 
@@ -17,18 +17,19 @@ from aidsr.validation.rule import Example, Rule, Stage
 Array = NDArray[np.float64]
 
 _LIMB = 3
-"""Turning points of what counts as a finger. Our choice."""
+"""Fewest turning points of a limb that counts as a finger. Our choice."""
 _OPEN = 0.1
-"""Distance between two tips at rest / L, from which fingers are open. Our choice."""
+"""Smallest distance / L between any two fingertips in the reference pose of an open gripper. Our choice."""
 CLOSES_BY = 0.02
-"""Distance by which some test brings two tips nearer to each other, at any time, / L; less is no closing. Our choice:
-the least effect of an actuator."""
+"""Smallest distance / L by which some test must bring two fingertips nearer to each other at any time. Our choice: the
+least effect of a single actuator."""
 _OPENS_BY = 0.1
-"""The same for the test that moves them apart most, without which they are not driven to open. Our choice."""
+"""Distance / L by which some test must move two fingertips apart for the fingers to count as driven to open. Our
+choice."""
 
 
 def _find_fingers_that_only_open(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find robots on a base of which every actuator moves all fingertips apart."""
+    """Find grippers without a free root whose actuators move fingertips apart but never bring two of them together."""
     battery = robot.driven.battery
     fingers = [chain for chain in robot.structure.chains if len(chain.bodies) >= _LIMB]
     if battery is None or robot.structure.free_roots or len(fingers) < 2 or not _from_one_palm(robot, fingers):
@@ -41,7 +42,7 @@ def _find_fingers_that_only_open(robot: RobotUnderTest) -> Iterator[Fault]:
     apart = np.array([np.linalg.norm(ends[:, :, i] - ends[:, :, j], axis=-1) for i, j in pairs]) / robot.length_m
     tests = [row for row in robot.sound_tests if robot.driven.tests[row].kind in ("single", "all")]
     rest = last_quarter(apart[:, :1], axis=2).mean(axis=2)
-    # fingers that lie beside each other pass on their way and end farther apart than they began
+    # fingers side by side may pass each other and end farther apart, so the smallest distance over time counts
     nearest, held = (found - rest for found in (apart.min(axis=2), last_quarter(apart, axis=2).mean(axis=2)))
     if tests and nearest[:, tests].min() > -CLOSES_BY and held[:, tests].max() > _OPENS_BY:
         yield ONLY_OPENS.fault(
@@ -56,7 +57,7 @@ def _find_fingers_that_only_open(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _from_one_palm(robot: RobotUnderTest, fingers: list[Chain]) -> bool:
-    """Whether fingers point the same way: the limbs of a star or of a tree do not."""
+    """Return whether all fingers point in about the same direction; the limbs of a star or of a tree do not."""
     ways: list[Array] = []
     for chain in fingers:
         way = robot.driven.start.xipos[chain.bodies[-1]] - chain.anchors_m[0]

@@ -1,4 +1,4 @@
-"""Can a robot on the ground push off it."""
+"""Rule for robots on the ground that have no friction to push against."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
 
 LEAST_FRICTION = 0.1
-"""Coefficient of sliding friction; ice has 0.1 and less. Our choice."""
+"""Smallest coefficient of sliding friction; ice has 0.1 and less. Our choice."""
 _FRICTIONLESS = 1
-"""`condim` of a contact that only pushes."""
+"""`condim` of a contact without friction."""
 
 
 def _find_slippery_ground(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find robots whose every contact with the ground slides, after they have settled."""
+    """Find free robots whose contacts with their surroundings all have too little friction after settling."""
     if not robot.structure.free_roots or not robot.settled:
         return
     model, data = robot.model, mujoco.MjData(robot.model)

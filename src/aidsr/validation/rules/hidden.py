@@ -1,4 +1,4 @@
-"""What the drawn pose does not show: overlaps that nothing may touch, and poses stored beside it."""
+"""Rules for faults that contacts in the reference pose do not show: overlaps without contact, and keyframes."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from aidsr.validation.rule import Example, Rule, Stage
 from aidsr.validation.solids import half_width_m
 
 HIDDEN_SHARE = 0.5
-"""Overlap / thickness of the thinner part, where the parts may not touch. Our choice: sleeves and guides overlap less.
-"""
+"""Largest overlap / thickness of the thinner part, for parts without contact. Our choice: sleeves and guides overlap
+less."""
 _NEIGHBOURS = 2
-"""Steps from part to part up to which they are drawn into each other on purpose. Our choice."""
+"""Steps between two parts, see `_neighbours`, up to which an overlap is intended. Our choice."""
 _HINGE, _SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 _OUTSIDE_SHARE = 0.05
-"""Way beyond a joint's range / the range, which rounding does not explain. Our choice."""
+"""Distance beyond a joint's range / size of the range, above which it is not a rounding error. Our choice."""
 
 
 def _find_hidden_overlaps(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find parts of different places of the robot that stand in each other, where no contact says so."""
+    """Find parts of the robot that overlap although they are not neighbours, without a contact between them."""
     model, data = robot.model, robot.drawn
     touching = {frozenset((int(contact.geom1), int(contact.geom2))) for contact in data.contact}
     near = _neighbours(robot)
@@ -57,12 +57,15 @@ def _find_hidden_overlaps(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _is_mesh(model: mujoco.MjModel, geom: int) -> bool:
-    """Whether a geom is a mesh, whose hull says little about what stands in what."""
+    """Return whether a geom is a mesh; its convex hull does not show whether the shape itself overlaps."""
     return int(model.geom_type[geom]) == int(mujoco.mjtGeom.mjGEOM_MESH)
 
 
 def _neighbours(robot: RobotUnderTest) -> dict[int, set[int]]:
-    """Bodies up to `_NEIGHBOURS` steps away from each body, along the tree or across an equality that joins parts."""
+    """Return, for each body, all bodies up to `_NEIGHBOURS` steps away.
+
+    A step is from child to parent, from parent to child, or across an equality constraint that joins two bodies.
+    """
     bodies = (0, *robot.structure.bodies)
     beside: dict[int, set[int]] = {body: set() for body in bodies}
     pairs = [(body, int(robot.model.body_parentid[body])) for body in robot.structure.bodies]
@@ -101,7 +104,10 @@ OVERLAP_HIDDEN = Rule(
 
 
 def _find_wrong_keyframes(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find keyframes that put joints outside their ranges; what follows another is put right by its equality."""
+    """Find keyframes that put joints outside their ranges.
+
+    It is only a warning if all these joints are coupled to another joint by an equality, which corrects them.
+    """
     model, following = robot.model, {coupling.joint for coupling in read_couplings(robot.model)}
     free: set[str] = set()
     outside: dict[str, float] = {}

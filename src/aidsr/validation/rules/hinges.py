@@ -1,4 +1,4 @@
-"""Can a link turn in the directions its joints were written for."""
+"""Rule for two hinges about the same line, which act as one."""
 
 from __future__ import annotations
 
@@ -16,13 +16,17 @@ from aidsr.validation.rule import Example, Rule, Stage
 
 _HINGE = int(mujoco.mjtJoint.mjJNT_HINGE)
 SAME_AXIS = 0.98
-"""Cosine between two axes above which they are one: 11 deg. Our choice."""
+"""Cosine between two axes above which they are parallel: 11 deg. Our choice."""
 _SAME_LINE = 1e-3
-"""Distance between two axes / L below which they are one line. Our choice: a hundredth of a segment of ten."""
+"""Distance between two parallel axes / L below which they are one line. Our choice: a hundredth of a segment of a limb
+with ten segments."""
 
 
 def _find_parallel_hinges(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find neighbouring hinges of a limb that turn about one line; one that follows another is no joint of its own."""
+    """Find neighbouring hinges of a limb that turn about the same line.
+
+    Hinges that an equality couples to another joint are left out.
+    """
     model, data = robot.model, robot.drawn
     following = {coupling.joint for coupling in read_couplings(model)}
     found: dict[tuple[int, int], float] = {}

@@ -1,4 +1,4 @@
-"""What is wrong before anything moves: overlaps, tendon limits, parts that cannot touch."""
+"""Rules for the reference pose ("drawn pose" in messages): overlaps, tendon limits, parts that cannot touch."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
 
 _OVERLAP_LEVER = 0.1
-"""Lever of an overlap about every joint / thickness, below which the overlap can turn nothing: a round end drawn into
-its base. Our choice."""
+"""Lever of an overlap's contact force about every joint / thickness of the thinner part, below which the force can turn
+no joint: for example a round end that reaches into its base. Our choice."""
 TENDON_LIMIT_SHARE = 0.02
-"""Rest length outside the tendon's range / length. Our choice."""
+"""Largest distance of the length in the reference pose from the tendon's range / that length. Our choice."""
 
 _SPHERE_LIKE = (
     int(mujoco.mjtGeom.mjGEOM_SPHERE),
@@ -29,7 +29,8 @@ _SPHERE_LIKE = (
 )
 _TURNING = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL))
 _BENT_RAD = 0.2
-"""Bend at which overlaps that are in balance in the drawn pose no longer are."""
+"""Bend of each joint at which the levers of overlaps are checked again: contact forces may be in balance in the
+reference pose only."""
 _FLAT = (int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD))
 
 
@@ -41,11 +42,11 @@ _CURE_OUTSIDE = "Place the robot farther away or turned, or make the overlapping
 
 
 def _find_overlaps(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find what overlaps something in the drawn pose, beyond rounding.
+    """Find overlaps of the robot with itself or its surroundings in the reference pose, beyond rounding errors.
 
-    Parents and children do not collide in MuJoCo, except with a parent that is fixed to the world. An overlap of two
-    robot parts whose force passes through every joint, as of a round end drawn into its base, turns nothing and is only
-    a warning: its friction still holds the joint a little.
+    In MuJoCo, parents and children do not collide, unless the parent is fixed to the world. If the contact force
+    between two robot parts passes through every joint, as between a round end and the base it reaches into, it turns
+    no joint, and the overlap is only a warning: its friction still holds the joint a little.
     """
     everywhere = list(overlaps(robot))
     for severity in ("error", "warning"):
@@ -91,7 +92,16 @@ INITIAL_PENETRATION = Rule(
 
 @dataclass(frozen=True)
 class Overlap:
-    """A contact that is too deep: whose, how deep, outside the robot or not, and whether its force moves anything."""
+    """A contact that is too deep.
+
+    Attributes:
+        geoms: Ids of the two geoms.
+        names: Names of the two geoms.
+        depth_m: Depth of the contact [m].
+        share: Depth / thickness of the thinner geom.
+        outside: Whether one of the geoms does not belong to the robot.
+        acts: Whether the contact force can move the robot; True if `outside`.
+    """
 
     geoms: tuple[int, int]
     names: tuple[str, str]
@@ -101,7 +111,7 @@ class Overlap:
     acts: bool
 
     def excess(self, robot: RobotUnderTest) -> tuple[float, float, str, float]:
-        """Return what is exceeded: (measured, limit, unit, what 1 of the unit is [m])."""
+        """Return the limit that is exceeded: measured value, limit, their unit, and the length of 1 unit [m]."""
         relative = self.depth_m / robot.length_m
         if _is_too_thick(self.share, relative):
             return self.share, OVERLAP_SHARE, "of the thinner part", self.depth_m / self.share
@@ -109,7 +119,7 @@ class Overlap:
 
 
 def overlaps(robot: RobotUnderTest) -> Iterator[Overlap]:
-    """Yield the contacts of the robot in the drawn pose that are too deep."""
+    """Yield the contacts of the robot in the reference pose that are too deep."""
     bent = bent_pose(robot.model, robot.structure, _BENT_RAD)
     ours = [geom for geom in robot.structure.geoms if _is_held_together(robot, geom)]
     for contact in robot.driven.start.contact:
@@ -127,19 +137,30 @@ def overlaps(robot: RobotUnderTest) -> Iterator[Overlap]:
 
 
 def _is_held_together(robot: RobotUnderTest, geom: int) -> bool:
-    """Whether a geom hangs from a root with something that moves: other fixed bodies are furniture of a scene."""
+    """Return whether a geom is in a kinematic tree that has moving bodies, or in a scene.
+
+    In a robot tested alone, trees without moving bodies are furniture of the surroundings.
+    """
     model, structure = robot.model, robot.structure
     root = int(model.body_rootid[model.geom_bodyid[geom]])
     return structure.is_scene or any(int(model.body_rootid[body]) == root for body in structure.moving)
 
 
 def _is_too_thick(share: float, relative: float) -> bool:
-    """Whether an overlap is too much for the thinner part, and more than rounding."""
+    """Return whether an overlap is too deep for the thinner part, and deeper than rounding errors.
+
+    Args:
+        share: Depth / thickness of the thinner part.
+        relative: Depth / L.
+    """
     return share > OVERLAP_SHARE and relative > OVERLAP_NOTICED
 
 
 def _lever_m(robot: RobotUnderTest, data: mujoco.MjData, geoms: tuple[int, int]) -> float:
-    """Largest lever about a joint of the normal forces between two geoms [m]; infinite about a slide or free joint."""
+    """Return the largest lever about any joint of the normal forces between two geoms [m].
+
+    Infinite if a force acts on a slide or free joint.
+    """
     model, largest = robot.model, 0.0
     bodies = [int(model.geom_bodyid[geom]) for geom in geoms]
     turning = np.isin(model.jnt_type[model.dof_jntid], _TURNING)
@@ -157,7 +178,7 @@ def _lever_m(robot: RobotUnderTest, data: mujoco.MjData, geoms: tuple[int, int])
 
 
 def _thickness_m(robot: RobotUnderTest, geom: int) -> float:
-    """Smallest width of a geom [m]; a plane has none that matters."""
+    """Return the smallest width of a geom [m]; infinite for planes and height fields."""
     kind, size = int(robot.model.geom_type[geom]), robot.model.geom_size[geom]
     if kind in _FLAT:
         return float("inf")
@@ -202,7 +223,7 @@ TENDON_LIMIT_VIOLATED = Rule(
 
 
 def _find_contact_disabled(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find robots that stand on the ground, or must touch for their task, and can touch nothing.
+    """Find robots that have a free root or a task with contact, but no moving geom that can touch anything.
 
     Source: MuJoCo documentation, Computation, "Collision detection": contype of one geom and conaffinity of another.
     """
@@ -223,7 +244,7 @@ def _find_contact_disabled(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _can_touch(model: mujoco.MjModel, geom: int, others: list[int]) -> bool:
-    if not others:  # alone in the world: what matters is whether a geom with default settings would be touched
+    if not others:  # without other geoms, check whether a geom with default settings could be touched
         return bool(model.geom_contype[geom] & 1 or model.geom_conaffinity[geom] & 1)
     return any(
         model.geom_contype[geom] & model.geom_conaffinity[other]

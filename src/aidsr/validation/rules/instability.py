@@ -1,4 +1,4 @@
-"""Does the simulation stay a simulation."""
+"""Rule for simulations that diverge."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _CURE_FULL = (
 
 
 def find_divergence(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find the first test that ends in numbers that are not finite, warned about, or faster than anything real."""
+    """Find the first test with numbers that are not finite, a warning of MuJoCo, or speeds that are not realistic."""
     for phase, recording, row in _phases(robot):
         found = robot.first_divergence(recording, row)
         if found is None:
@@ -57,7 +57,7 @@ def _fast_part(robot: RobotUnderTest, sign: DivergenceSign) -> tuple[str, ...]:
 
 
 def _phases(robot: RobotUnderTest) -> Iterator[tuple[str, Recording, int]]:
-    """Simulations with a sign of divergence, the passive one first."""
+    """Yield the simulations with a sign of divergence as (description, recording, row), the passive phase first."""
     settle, battery = robot.driven.settle, robot.driven.battery
     if robot.diverged(settle)[0]:
         yield "settling", settle, 0
@@ -67,7 +67,7 @@ def _phases(robot: RobotUnderTest) -> Iterator[tuple[str, Recording, int]]:
 
 
 def _signal(robot: RobotUnderTest, fault: Fault) -> Signal | None:
-    """Speed of the fastest part of whatever diverged first, up to where numbers end."""
+    """Return the speed of the fastest part in the first simulation that diverged, up to its last good frame."""
     evidence = robot.driven
     phases = [(SETTLING, evidence.settle, 0)]
     if evidence.battery is not None:

@@ -1,4 +1,4 @@
-"""Does the robot hold itself: by its own contacts, or by the tendons opposite."""
+"""Rules for robots that block their own motion by contacts between their parts or by antagonistic tendons."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ from aidsr.validation.rules.effect import (
 from aidsr.validation.signals import Signal
 
 _MOST_PAIRS = 3
-"""Of parts that touch, in a message. Our choice: what a reader takes in."""
+"""Most pairs of touching parts in a message. Our choice: more would not be read."""
 LOCK_SHARE = 0.35
-"""Effect / effect with the obstacle taken away; less means that the obstacle holds the robot. Our choice."""
+"""Effect / effect without the obstacle, below which the obstacle locks the robot. Our choice."""
 
 
 def _find_self_collision_lock(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find robots that hold themselves by their own contacts; looked at only where an actuator makes parts touch.
+    """Find robots whose motion is blocked by their own contacts. Only actuators that make parts touch are checked.
 
-    Parts next to each other touch at the end of their joint's way, as at a stop, and so do those that an equality joins
-    where a chain is closed to a ring.
+    Contacts between neighbouring parts do not count: they touch at the end of their joint's range, as at a stop. This
+    includes parts that an equality constraint joins to close a chain to a ring.
     """
     if is_explained("self_collision_lock", robot.found):
         return
@@ -63,7 +63,10 @@ def _find_self_collision_lock(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _locked_drives(robot: RobotUnderTest) -> tuple[list[int], dict[int, float]]:
-    """Actuators that the robot's own contacts hold, and effects without these contacts."""
+    """Return the actuators whose motion the robot's own contacts block, and the effects / L without these contacts.
+
+    Actuators are indices in `Evidence.drives`; the effects are by row of the battery.
+    """
     weak = list(_touching_pairs(robot, _hindered(robot)))
     if not weak:
         return [], {}
@@ -73,7 +76,7 @@ def _locked_drives(robot: RobotUnderTest) -> tuple[list[int], dict[int, float]]:
 
 
 def _is_locked_as_drawn(robot: RobotUnderTest) -> bool:
-    """Whether its own contacts hold a robot in the pose that was drawn, too: all tests again without gravity."""
+    """Return whether its own contacts also block a robot near its reference pose: repeat all tests without gravity."""
     floating = copy.copy(robot.model)
     floating.opt.gravity[:] = 0
     evidence = gather_evidence(floating, robot.structure)
@@ -82,7 +85,7 @@ def _is_locked_as_drawn(robot: RobotUnderTest) -> bool:
 
 
 def _has_fallen(robot: RobotUnderTest) -> bool:
-    """Whether a free root has sunk during settling, so that the robot lies in a pose that nobody drew."""
+    """Return whether a free root has fallen during settling, so that the robot is not in its intended pose."""
     evidence = robot.driven
     sunk_m = [
         float(evidence.start.xpos[root, 2] - evidence.settle.fields["xpos"][0, -1, root, 2])
@@ -92,21 +95,27 @@ def _has_fallen(robot: RobotUnderTest) -> bool:
 
 
 def _hindered(robot: RobotUnderTest) -> list[int]:
-    """Actuators that an obstacle might hold: their effect is a small share of L, about the effect of a free limb."""
+    """Return the actuators that an obstacle might block: those with an effect / L below `LOCK_SHARE`.
+
+    L is about the effect of an unobstructed limb.
+    """
     return [index for index in measured_drives(robot) if robot.effect_of(index) < LOCK_SHARE]
 
 
 def _pairs_in_words(robot: RobotUnderTest, drives: Sequence[int]) -> str:
-    """Return which parts touch after the tests of some actuators: "link_2 on link_4"."""
+    """Return the pairs of parts that touch after the tests of some actuators in words, such as "link_2 on link_4"."""
     pairs = sorted({pair for pairs in _touching_pairs(robot, drives).values() for pair in pairs})
     told = [f"{robot.body(first)} on {robot.body(second)}" for first, second in pairs[:_MOST_PAIRS]]
     return ", ".join(told) + (f" and {len(pairs) - _MOST_PAIRS} more" if len(pairs) > _MOST_PAIRS else "")
 
 
 def _touching_pairs(robot: RobotUnderTest, drives: Sequence[int]) -> dict[int, set[tuple[int, int]]]:
-    """Actuators after whose tests, or after settling, parts that nothing joins touch each other: pairs of bodies."""
+    """Return the pairs of bodies, not joined to each other, that touch after the tests of some actuators, by actuator.
+
+    If such bodies touch after settling, every actuator gets those pairs. Actuators without a pair are left out.
+    """
     evidence, data = robot.driven, mujoco.MjData(robot.model)
-    # Source: MuJoCo documentation, Modeling, "Collision detection": only parent and child are left out of collisions.
+    # Source: MuJoCo documentation, Modeling, "Collision detection": only parent and child do not collide.
     joined = joined_bodies(robot.model)
     if evidence.battery is None or not drives:
         return {}
@@ -124,7 +133,7 @@ def _touching_pairs(robot: RobotUnderTest, drives: Sequence[int]) -> dict[int, s
 def _touching(
     robot: RobotUnderTest, data: mujoco.MjData, state: NDArray[np.float64], joined: set[frozenset[int]]
 ) -> set[tuple[int, int]]:
-    """Return the pairs of bodies of the robot that touch each other in a state, those aside that something joins."""
+    """Return the pairs of bodies of the robot that touch each other in a state, without the pairs in `joined`."""
     model = robot.model
     mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
     mujoco.mj_kinematics(model, data)
@@ -136,7 +145,7 @@ def _touching(
 
 
 def _shell(body: int) -> tuple[str, str]:
-    """A segment of the example arm, and the same with two blocks that reach half way over its neighbours."""
+    """Return a change to the example arm that adds to a segment two blocks that reach halfway over its neighbours."""
     blocks = "".join(
         f'<geom type="box" size="0.002 0.002 0.0248" pos="{x} 0 0.0125" mass="0.0001"/>' for x in ("0.016", "-0.016")
     )
@@ -173,9 +182,9 @@ SELF_COLLISION_LOCK = Rule(
 
 
 def _find_antagonist_lock(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find tendons that bend the robot while the others are slack, and do not while the others are commanded to let go.
+    """Find tendons that bend the robot while the others are slack, but not while the others are commanded to release.
 
-    Source: a position servo lets go only if its range reaches beyond the length the tendon needs.
+    Source: a position servo releases its tendon only if its range extends beyond the length that the tendon needs.
     """
     evidence = robot.driven
     locked = []

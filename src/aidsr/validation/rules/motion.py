@@ -1,4 +1,4 @@
-"""How the robot moves while it is driven: does it shake, do its joints overrun their limits."""
+"""Rules for robots that shake while they are driven, or whose joints exceed their limits."""
 
 from __future__ import annotations
 
@@ -20,27 +20,29 @@ from aidsr.validation.signals import Signal
 from aidsr.validation.thresholds import CHATTER_ERROR_G
 
 CHATTER_WARNING_G = 1.0
-"""Root mean square acceleration while commands are constant, in standard gravity. Our choice."""
+"""Root mean square acceleration under constant commands, in standard gravity, above which shaking is a warning. Our
+choice."""
 OVERRUN_ERROR_DEG = 30.0
 OVERRUN_WARNING_DEG = 10.0
-"""Joint beyond its range under load. Limits are soft in MuJoCo: light links overrun them by their mass. Our choice."""
+"""Angle of a joint beyond its range under load, above which it is an error or a warning. Limits are soft in MuJoCo, and
+softer for light links. Our choice."""
 _HELD_SHARE = 0.1
-"""Share of a test during which a joint has to be beyond its range: a light link that swings into its stop comes back.
+"""Share of a test during which a joint has to be beyond its range: a light link that swings into its stop swings back.
 Our choice."""
 _NO_LENGTH = 0.01
-"""Tendon length / L below which its ends meet. Our choice."""
+"""Tendon length / L below which the ends of the tendon meet. Our choice."""
 _HINGE = int(mujoco.mjtJoint.mjJNT_HINGE)
 
 
 def _tests(robot: RobotUnderTest) -> list[int]:
-    """Tests that do not diverge and whose commands are known."""
+    """Return the rows of the tests that do not diverge and are among `known_tests`."""
     return sorted(set(robot.sound_tests).intersection(known_tests(robot)))
 
 
 def _find_chatter(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find robots that do not stand still under constant commands, after settling.
+    """Find robots that shake at the end of settling or at the end of a test with constant commands.
 
-    Looked at in tests that do not diverge. See `RobotUnderTest.shaking_g` for what is measured.
+    Only tests that do not diverge count. See `RobotUnderTest.shaking_g` for the measurement.
     """
     settle, battery = robot.driven.settle, robot.driven.battery
     worst, where, what = 0.0, -1, ""
@@ -67,7 +69,7 @@ def _find_chatter(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _why_chatter(robot: RobotUnderTest) -> str:
-    """A tendon whose ends meet has no direction left to pull in; otherwise something is too stiff."""
+    """Return the likely cause of shaking: a tendon whose ends meet, so that its direction flips, or high stiffness."""
     evidence, shortest = robot.driven, _NO_LENGTH * robot.length_m
     pulled = [tendon.id for tendon in robot.structure.tendons if tendon.spatial and tendon.actuators]
     if evidence.battery is not None and pulled:
@@ -121,7 +123,7 @@ CHATTER = Rule(
 
 
 def _find_overrun_limits(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find driven hinges far beyond their ranges.
+    """Find hinges that are far beyond their ranges in the tests.
 
     Source: MuJoCo documentation, Modeling, "Solver parameters": limits are soft, and softer for light links.
     """
@@ -150,9 +152,10 @@ def _find_overrun_limits(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _angles_rad(robot: RobotUnderTest, joint: int) -> Iterator[NDArray[np.float64]]:
-    """Angles of a hinge in the tests that do not diverge, (n_tests, n_frames).
+    """Yield arrays of the angles of a hinge in the tests that do not diverge [rad].
 
-    Of those that shake, only the mean they shake about, (n_tests,).
+    (n_tests, n_frames) for tests in which the robot does not shake; (n_tests,), the mean angle over the last quarter,
+    for tests in which it shakes. If the robot shakes in any test, the random sweep is left out.
     """
     battery, tests = robot.driven.battery, robot.driven.tests
     if battery is None:
@@ -163,7 +166,7 @@ def _angles_rad(robot: RobotUnderTest, joint: int) -> Iterator[NDArray[np.float6
     if not shaking:
         yield angles[_tests(robot)]
         return
-    # what shakes when held shakes in the sweep too
+    # a robot that shakes under constant commands shakes in the sweep too
     yield last_quarter(angles[shaking], axis=1).mean(axis=1)
     yield angles[[row for row in held if row not in shaking]]
 

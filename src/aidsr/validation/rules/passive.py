@@ -1,4 +1,4 @@
-"""What the robot does undriven, beside sagging and falling: gain energy, ring."""
+"""Rules for robots that gain energy or keep oscillating while nothing drives them."""
 
 from __future__ import annotations
 
@@ -20,28 +20,32 @@ from aidsr.validation.signals import Signal
 from aidsr.validation.stiffness import integration_numbers
 
 ENERGY_GROWTH_SHARE = 0.05
-"""Rise of mechanical energy while passive / (m g L). Our choice."""
+"""Largest rise of mechanical energy in the passive phase / (m g L). Our choice."""
 DAMPING_RATIO = 0.02
-"""Of the slowest visible oscillation. Soft bodies with any loss reach 0.05. Our choice."""
+"""Smallest damping ratio of a visible oscillation. Soft bodies with any loss reach 0.05. Our choice."""
 RINGING_SHARE = 0.02
-"""Amplitude / L of an oscillation that is still visible after settling. Our choice."""
+"""Amplitude / L above which an oscillation is still visible after settling. Our choice."""
 _SWING_SHARE = 0.35
-"""Third largest way between reversals / the largest, from where it is a swing. Below a half, since the slowest
-pendulum is seen for less than three ways, of which the first and the last are cut off. Our choice."""
+"""Third largest distance between reversals / the largest, from which a motion is an oscillation. It is below a half,
+because the slowest pendulum is recorded for less than three half swings, of which the first and the last are cut off.
+Our choice."""
 _STRAINED_RAD = 0.02
-"""Angle beyond a joint's range in the drawn pose, from where its stop is a spring let go. Our choice."""
+"""Angle beyond a joint's range in the reference pose, above which its limit stores energy that is then released. Our
+choice."""
 _WITH_GRAVITY, _WEIGHTLESS = 0, 1
 _SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
 _WINDOW = 3 / 8
-"""Share of the settling phase in each window: 4.5 sqrt(L / g), longer than half a swing of the slowest pendulum."""
+"""Length of each window / length of the settling phase: 4.5 sqrt(L / g), longer than half a swing of the slowest
+pendulum."""
 
 
 def _find_energy_growth(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find robots that gain mechanical energy by negative damping, or while passive.
+    """Find robots with negative damping and robots that gain mechanical energy in the passive phase.
 
-    Measured only where every actuator is a slack tendon actuator: any other may do work while it holds.
+    The energy is measured only if all actuators are tendon actuators, which are slack: any other may do work while it
+    holds a position.
 
-    Source: energy of a passive mechanism with losses can only fall.
+    Source: the energy of a passive mechanism with losses can only decrease.
     """
     yield from _find_negative_damping(robot)
     model, evidence, limit = robot.model, robot.driven, ENERGY_GROWTH_SHARE
@@ -66,7 +70,7 @@ def _find_energy_growth(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _is_strained(robot: RobotUnderTest) -> bool:
-    """Whether limits or contacts hold energy in the drawn pose, which MuJoCo leaves out until it is set free."""
+    """Return whether joint limits or contacts store energy in the reference pose, which MuJoCo's energy leaves out."""
     data, model = robot.drawn, robot.model
     strained = data.efc_pos < -OVERLAP_NOTICED * robot.length_m
     limits = data.efc_type == int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
@@ -76,7 +80,7 @@ def _is_strained(robot: RobotUnderTest) -> bool:
 
 
 def _find_negative_damping(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find joints and tendons that feed energy in: MuJoCo accepts negative damping without a word."""
+    """Find joints and tendons with negative damping, which adds energy; MuJoCo accepts it without a warning."""
     model, structure = robot.model, robot.structure
     dofs = {int(model.dof_jntid[dof]): float(model.dof_damping[dof]) for dof in range(model.nv)}
     found = {robot.joint(joint): (dofs[joint], _damping_unit(robot, joint)) for joint in structure.joints}
@@ -127,12 +131,13 @@ ENERGY_GROWTH = Rule(
 
 
 def _find_underdamped(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find robots that do not come to rest.
+    """Find robots that keep oscillating.
 
-    Damping ratio from the decay between two windows at the end of settling and the reversals in the last. What swings
-    does so several times alike; a ring that rolls on to its next link late moves once, and that is no swing.
+    The damping ratio is computed from the decay between two windows at the end of settling and the number of reversals
+    in the last window. An oscillation consists of several similar swings; a single late motion, as of a ring that rolls
+    on to its next link, is not one.
 
-    Source: logarithmic decrement; amplitude falls by exp(-pi zeta) from one reversal to the next for small zeta.
+    Source: logarithmic decrement; the amplitude decreases by exp(-pi zeta) between reversals for small zeta.
     """
     evidence = robot.driven
     if not robot.settled:
@@ -148,7 +153,7 @@ def _find_underdamped(robot: RobotUnderTest) -> Iterator[Fault]:
     before, after = points[-2 * window : -window, point, axis], later[:, point, axis]
     reversals = int(np.count_nonzero(np.diff(np.sign(np.diff(after)))))
     if not reversals or not _is_even(points[-2 * window :, point, axis], _SWING_SHARE):
-        return  # it creeps, still falls, or topples
+        return  # it creeps, is still falling, or topples
     decay = math.log(max(float(np.ptp(before)), 1e-12) / float(np.ptp(after)))
     ratio = decay / (math.pi * reversals)
     if ratio < DAMPING_RATIO:
@@ -164,7 +169,7 @@ def _find_underdamped(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _is_even(path_m: NDArray[np.float64], share: float) -> bool:
-    """Whether the third largest way from one reversal to the next is at least a share of the largest."""
+    """Return whether the third largest distance between reversals of a path is at least `share` of the largest."""
     turns = 1 + np.flatnonzero(np.diff(np.sign(np.diff(path_m))))
     ways_m = np.sort(np.abs(np.diff(path_m[[0, *turns, -1]])))
     return bool(len(ways_m) >= 3 and ways_m[-3] >= share * ways_m[-1])

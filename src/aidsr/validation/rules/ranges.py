@@ -1,4 +1,4 @@
-"""Ranges of controls and joints that are missing, dropped silently, or in the wrong unit."""
+"""Rules for ranges of controls and joints that are missing, dropped silently by MuJoCo, or in the wrong unit."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
 
 CHAIN_BEND_DEG = 30.0
-"""Bend that all joint limits of a chain allow together; less is a range in radians read as degrees. Our choice."""
+"""Smallest bend that all joint limits of a chain must allow together; with less, ranges in radians were probably read
+as degrees. Our choice."""
 
 
 def _find_ctrlrange_missing(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find actuators without a control range, low below high.
+    """Find actuators without a control range or with one that is not written low to high.
 
-    Source: MuJoCo XML reference, compiler/autolimits: a range whose ends are not in order is dropped without a word.
+    Source: MuJoCo XML reference, compiler/autolimits: a range that is not in order is dropped without a warning.
     """
     model = robot.model
     missing = [
@@ -40,7 +41,10 @@ def _find_ctrlrange_missing(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def known_tests(robot: RobotUnderTest) -> tuple[int, ...]:
-    """Tests of the battery but those of an actuator without a range alone: nobody wrote its commands."""
+    """Return the rows of the battery without the tests of actuators that have no control range.
+
+    The commands in such tests are guesses, so rules do not use them.
+    """
     drives = robot.driven.drives
     return tuple(row for row, test in enumerate(robot.driven.tests) if test.drive < 0 or drives[test.drive].ranged)
 
@@ -70,7 +74,7 @@ CTRLRANGE_MISSING = Rule(
 def _find_inverted_ranges(robot: RobotUnderTest) -> Iterator[Fault]:
     """Find joint ranges written high to low.
 
-    Source: MuJoCo XML reference, compiler/autolimits; `jnt_range` keeps what was written, degrees too.
+    Source: MuJoCo XML reference, compiler/autolimits; `jnt_range` keeps the written numbers, also if they are degrees.
     """
     model = robot.model
     inverted = [
@@ -102,7 +106,7 @@ RANGE_INVERTED_IGNORED = Rule(
 
 
 def _find_small_ranges(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find chains whose limits let them bend too little.
+    """Find chains whose joint limits allow too little bending.
 
     Source: our choice; ranges in radians under the default of degrees are the usual cause.
     """
@@ -121,7 +125,7 @@ def _find_small_ranges(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _allowed_bend_deg(robot: RobotUnderTest, chain: Chain) -> float:
-    """Sum of the bending that each joint's limits allow; a joint without limits allows half a turn."""
+    """Return the sum of the bending that the joint limits of a chain allow [deg]; 180 for each joint without limits."""
     total = 0.0
     for joint in chain.joints:
         if not robot.model.jnt_limited[joint]:

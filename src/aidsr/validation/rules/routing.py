@@ -1,4 +1,8 @@
-"""Do the cables do different things, all along the limb, and each one thing: read off their moment arms."""
+"""Rules for the routing of cables, most of them based on moment arms.
+
+They find cables that have the same effect, end early, cancel themselves, have a misplaced site, have several actuators,
+or leave their pulley.
+"""
 
 from __future__ import annotations
 
@@ -20,25 +24,28 @@ from aidsr.validation.thresholds import FEW_CABLES
 Array = NDArray[np.float64]
 
 SAME_CABLE = 0.99
-"""Cosine between the moment arms of two cables over all poses, above which they do the same: 8 deg. Our choice: in 180
-robots of the corpus's writers and of the built-in team and 21 of language models the largest is 0.71."""
+"""Cosine between the moment arms of two cables over all poses, from which they have the same effect: 8 deg. Our choice:
+in 180 robots of the corpus's writers and of the built-in team and 21 of language models the largest is 0.71."""
 _ALL_BUT_EQUAL = 0.1
-"""Largest difference between the sizes of their moment arms. Our choice: a cable nearer to the backbone is another."""
+"""Largest relative difference between the norms of the moment arms of two cables with the same effect. Our choice: a
+cable nearer to the backbone has another effect."""
 _LONG_LIMB = 4
-"""Turning points from which a limb is asked how far its cables reach, and whether they zigzag. Our choice."""
+"""Fewest turning points of a limb whose cables are checked for their reach and for zigzags. Our choice."""
 _A_LEVER = 0.05
-"""Moment about a turning point / the largest along the limb, from which a cable reaches it. Our choice."""
+"""Moment about a turning point / largest moment along the limb, above which a cable reaches the turning point. Our
+choice."""
 _LEAST_LEVER = 1e-3
 """Moment arm / L below which a cable runs through the axis. Our choice: 0.3 mm in a robot of 0.3 m."""
 REACHED_SHARE = 0.5
 WARN_REACHED_SHARE = 0.75
-"""Turning points of a limb up to the last that a cable reaches / all: an error up to the one, a warning below the
-other. Our choice: a passive tip is a design, half a limb a mistake; 0.91 is the least of the same robots."""
+"""Turning points of a limb up to the last one that a cable reaches / all: up to the first value an error, below the
+second a warning. Our choice: a passive tip may be intended, half a limb is a mistake; 0.91 is the least in the same
+robots."""
 CANCELLED_SHARE = 0.25
-"""Sum of a cable's moments along a limb / what its distance from the backbone could give: less cancels out. Our choice:
-0.43 is the least of the same robots."""
+"""Sum of a cable's moments along a limb / the sum possible with its distance from the backbone, below which the moments
+cancel out. Our choice: 0.43 is the least in the same robots."""
 _CROSSINGS = 2
-"""Changes of side along a limb from which the way of a cable is no S. Our choice."""
+"""Fewest changes of side along a limb of a zigzag; a cable with one change has the shape of an S. Our choice."""
 
 
 def _limbs(robot: RobotUnderTest) -> list[Chain]:
@@ -46,9 +53,9 @@ def _limbs(robot: RobotUnderTest) -> list[Chain]:
 
 
 def _find_same_cables(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find cables whose moment arms are alike in every pose, as those of two cables on the same side are.
+    """Find cables with about equal moment arms in every pose, as of two cables on the same side of a limb.
 
-    Heads of one muscle run side by side in every body, and are meant to.
+    The heads of one muscle run side by side on purpose, so a group of muscles is only a warning.
     """
     cables = robot.moment_arms
     n = len(cables.tendons)
@@ -106,7 +113,7 @@ SAME_CABLES = Rule(
 
 
 def _find_short_cables(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find limbs of which cables bend only the part near the root."""
+    """Find limbs that cables bend only in the part near the root."""
     cables = robot.moment_arms
     short: dict[int, tuple[float, int, list[Tendon]]] = {}
     for chain in _limbs(robot):
@@ -150,7 +157,7 @@ CABLES_END_EARLY = Rule(
 
 
 def _find_cancelling_cables(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find cables that change sides along a limb, so that little of what they bend is left at its end."""
+    """Find cables that change sides along a limb, so that the bends they cause cancel each other."""
     cables = robot.moment_arms
     shares: dict[bool, dict[str, tuple[float, float]]] = {True: {}, False: {}}
     for chain in _limbs(robot):
@@ -185,10 +192,10 @@ def _find_cancelling_cables(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _offsets_m(robot: RobotUnderTest, chain: Chain, tendon: Tendon) -> tuple[list[int], Array]:
-    """Turning point before each site that a cable has on a limb, and the site's offset from the limb's line.
+    """Return, for each site of a cable on a limb, the turning point before it and its offset from the limb's line.
 
     Returns:
-        Indices, n_sites, and offsets, (n_sites, 3) [m].
+        Indices of the turning points, n_sites, and offsets, (n_sites, 3) [m].
     """
     along = np.diff(chain.anchors_m, axis=0)
     along = np.vstack([along, along[-1:]])
@@ -225,15 +232,15 @@ CABLE_CANCELS = Rule(
 )
 
 MISPLACED_SHARE = 0.5
-"""Distance of a site from the line between its neighbours / the cable's median moment arm. Our choice."""
+"""Largest distance of a site from the line between its neighbours / the cable's median moment arm. Our choice."""
 _REGULAR_SHARE = 0.2
-"""The same of all other sites once that one is left out: in a cable that is curved everywhere no site is misplaced.
-Our choice."""
+"""Upper bound of the same quantity for all other sites after the misplaced one is removed: in a cable that is curved
+everywhere, no site is misplaced. Our choice."""
 _MANY_SITES = 5
 
 
 def _find_misplaced_sites(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find the one site of a cable that is off the line of the others."""
+    """Find cables with one site that is off the line of the others."""
     cables = robot.moment_arms
     worst: dict[str, tuple[float, float]] = {}
     tendons: list[str] = []
@@ -262,7 +269,10 @@ def _find_misplaced_sites(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _outlier(points: Array, lever_m: float) -> tuple[int, float] | None:
-    """Index of the one point that is off the line of the others and how far / lever; None without one, or with more."""
+    """Return the index of the only point off the line of the others, and its distance / `lever_m`.
+
+    None if no point or more than one point is off the line.
+    """
     off = _off_line_m(points) / lever_m
     at = int(off.argmax()) + 1
     others = _off_line_m(np.delete(points, at, axis=0)) / lever_m
@@ -272,7 +282,7 @@ def _outlier(points: Array, lever_m: float) -> tuple[int, float] | None:
 
 
 def _off_line_m(points: Array) -> Array:
-    """Distance of each inner point from the line through its neighbours, (n - 2,) [m]."""
+    """Return the distance of each inner point from the line through its neighbours, (n - 2,) [m]."""
     chords = points[2:] - points[:-2]
     lengths_m = np.linalg.norm(chords, axis=1)
     crossed = np.linalg.norm(np.cross(points[1:-1] - points[:-2], chords), axis=1)
@@ -295,7 +305,7 @@ SITE_MISPLACED = Rule(
 
 
 def _find_shared_cables(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find cables that several actuators pull while another cable has none."""
+    """Find cables with several actuators in a robot in which another cable has none."""
     tendons = [tendon for tendon in robot.structure.tendons if tendon.spatial]
     shared = [tendon for tendon in tendons if len(_motors(robot.model, tendon)) > 1]
     idle = [tendon for tendon in tendons if not tendon.actuators]
@@ -311,7 +321,7 @@ def _find_shared_cables(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _motors(model: mujoco.MjModel, tendon: Tendon) -> list[int]:
-    """Actuators of a tendon with a gain; a damper beside a servo is no second motor."""
+    """Return the actuators of a tendon that have a gain; a damper beside a servo is not a second motor."""
     fixed = int(mujoco.mjtGain.mjGAIN_FIXED)
     return [
         actuator
@@ -334,15 +344,15 @@ CABLE_SHARED = Rule(
 )
 
 _PULLEY_SHARE = 0.25
-"""Moment arm about a joint / the cable's largest, below which the cable passes that axis and does not bend it: along a
-universal joint it lies in the plane of one axis and changes sides as the other turns. Our choice."""
+"""Moment arm about a joint / the cable's largest, below which the joint is not checked: at a universal joint the cable
+lies in the plane of one axis and changes its side as the other axis turns. Our choice."""
 TURNED_SHARE = 0.1
-"""Moment arm about a joint to the other side / the largest about it, that shows a cable on the wrong side of a pulley.
-Our choice."""
+"""Largest moment arm about a joint in the opposite direction / largest moment arm about it, above which the cable
+changes its side of the pulley. Our choice."""
 
 
 def _find_left_pulleys(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find cables around a pulley whose moment arm changes its side from pose to pose."""
+    """Find cables around a pulley whose moment arm has different signs in different poses."""
     cables = robot.moment_arms
     left: dict[str, tuple[float, float]] = {}
     for k, tendon in enumerate(cables.tendons):

@@ -1,4 +1,4 @@
-"""Do cables and nothing else drive the robot."""
+"""Scope rules for actuation: cables, and nothing else, must drive the robot."""
 
 from __future__ import annotations
 
@@ -188,7 +188,7 @@ TENDON_PUSHES = Rule(
 
 
 def _short_cables() -> tuple[tuple[str, str], ...]:
-    """Cables along one joint each of the example arm."""
+    """Return changes to the example arm that add a driven cable along each single joint."""
     tendons = "\n".join(
         f'    <spatial name="own{index}"><site site="front{index - 1}"/><site site="front{index}"/></spatial>'
         for index in range(1, 7)

@@ -1,4 +1,4 @@
-"""Is the robot a soft body, for the most part."""
+"""Scope rules for robots that are mostly rigid or whose cables do not bend a soft limb."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Can the robot be touched everywhere."""
+"""Scope rules for contacts: margins, shapes without collision, and contact exclusions."""
 
 from __future__ import annotations
 

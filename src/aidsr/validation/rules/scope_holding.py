@@ -1,4 +1,4 @@
-"""Does anything else than its limbs carry, turn or throw the robot."""
+"""Scope rules for anything other than its limbs that holds, carries or moves the robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Do the sensors see what the robot does."""
+"""Rule for sensors that do not respond to the robot's motion."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from aidsr.validation.rule import Example, Rule, Stage
 from aidsr.validation.signals import Signal
 
 _CHANGE = 1e-9
-"""Change of a sensor below which it is constant, relative to its largest value or 1. Our choice."""
+"""Change / max(largest absolute value, 1) up to which a sensor is constant. Our choice."""
 _TOUCHING = tuple(
     int(kind)
     for kind in (
@@ -26,10 +26,10 @@ _TOUCHING = tuple(
 
 
 def _find_constant_sensors(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find sensors that never change while the robot is driven; those that wait for a touch are left out."""
+    """Find sensors that never change while the robot is driven; touch, contact and range sensors are left out."""
     model, battery, sound = robot.model, robot.driven.battery, robot.sound_tests
     if battery is None or not robot.driven.drives or len(sound) < len(robot.driven.tests):
-        return  # what a test that diverged would have shown is not known
+        return  # a sensor might have changed in a test that diverged
     looked_at = [i for i in robot.structure.sensors if int(model.sensor_type[i]) not in _TOUCHING]
     constant = []
     for sensor in looked_at:

@@ -1,4 +1,4 @@
-"""Does a command act in the direction it is meant for: signs of gear, gain, bias and control range."""
+"""Rule for wrong signs of gear, gain, bias and control range, so that an actuator acts in the opposite direction."""
 
 from __future__ import annotations
 
@@ -16,10 +16,12 @@ _INTEGRATOR = int(mujoco.mjtDyn.mjDYN_INTEGRATOR)
 
 
 def _find_inverted_signs(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find actuators that run away from their target, that aim at a length no cable has, or that push among cables.
+    """Find actuators with positive feedback, servos with a negative target length, and actuators that push their cable.
+
+    An actuator that pushes counts only if another cable is pulled.
 
     Source: MuJoCo documentation, Computation, "Actuation model": force = gain * input + bias0 + bias1 * length + bias2
-    * velocity, and the length is that of the tendon times gear. A positive bias1 or bias2 pushes on whatever moved.
+    * velocity, and the length is that of the tendon times gear. A positive bias1 or bias2 amplifies any motion.
     """
     model = robot.model
     runaway = [actuator for actuator in robot.structure.actuators if _feedback(model, actuator) > 0]
@@ -61,14 +63,14 @@ def _find_inverted_signs(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _feedback(model: mujoco.MjModel, actuator: int) -> float:
-    """Force per length, or per velocity, that acts in the direction of the motion; at most 0 where it holds back."""
+    """Return the larger feedback of an actuator: force per length or per velocity; above 0 it amplifies the motion."""
     if int(model.actuator_biastype[actuator]) != _AFFINE:
         return 0.0
     return float(model.actuator_biasprm[actuator, 1:3].max())
 
 
 def _aims_below_zero(model: mujoco.MjModel, drive: Drive) -> bool:
-    """Whether the length at which a servo gives no force is negative at every command."""
+    """Return whether the length at which a servo gives no force is negative at every command."""
     actuator = drive.actuator
     stiffness = -float(model.actuator_biasprm[actuator, 1]) * float(model.actuator_gear[actuator, 0])
     if int(model.actuator_biastype[actuator]) != _AFFINE or int(model.actuator_dyntype[actuator]) == _INTEGRATOR:

@@ -1,4 +1,4 @@
-"""Does a command leave its cable hanging loose."""
+"""Rule for commands of servos that leave their cable slack in every pose."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from aidsr.validation.rule import Example, Rule, Stage
 
 SLACK_SHARE = 0.3
 _SLACK_LENGTH = 0.01
-"""Share of a servo's commands with which its cable hangs loose in every pose, and how loose / its longest path. Our
-choice."""
+"""Largest share of a servo's commands with which its cable is slack in every pose; and the excess length / longest path
+above which a cable is slack. Our choice."""
 _AFFINE = int(mujoco.mjtBias.mjBIAS_AFFINE)
 _INTEGRATOR = int(mujoco.mjtDyn.mjDYN_INTEGRATOR)
 
@@ -23,9 +23,9 @@ _INTEGRATOR = int(mujoco.mjtDyn.mjDYN_INTEGRATOR)
 def _find_slack_tendons(robot: RobotUnderTest) -> Iterator[Fault]:
     """Find servos that pay out more cable than the robot takes up in any pose.
 
-    Only a servo says how long its cable is: the length at which it gives no force. Where that is beyond the longest
-    path of all tests, the cable hangs loose however the robot moves, tangles on its spool, and the command does nothing
-    that a shorter one does not. A force actuator pays out what the robot draws, so its cable is never longer.
+    A servo's command sets the length of its cable: the length at which it gives no force. If that is more than the
+    longest path of all tests, the cable is slack in every pose and tangles on its spool, and the command has the same
+    effect as a shorter one. A force actuator only pays out the cable that the robot takes up, so it is not checked.
 
     Source: MuJoCo documentation, Computation, "Actuation model": force = gain * ctrl + bias, affine in the length.
     """
@@ -52,7 +52,7 @@ def _find_slack_tendons(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _paid_out_m(robot: RobotUnderTest, drive: Drive) -> tuple[float, float] | None:
-    """Shortest and longest cable that a tendon servo can be commanded to [m]; None for any other actuator."""
+    """Return the shortest and longest cable that a tendon servo can be commanded to [m]; None for other actuators."""
     model, actuator = robot.model, drive.actuator
     stiffness = -float(model.actuator_biasprm[actuator, 1]) * float(model.actuator_gear[actuator, 0])
     servo = int(model.actuator_biastype[actuator]) == _AFFINE and int(model.actuator_dyntype[actuator]) != _INTEGRATOR
@@ -64,7 +64,7 @@ def _paid_out_m(robot: RobotUnderTest, drive: Drive) -> tuple[float, float] | No
 
 
 def _longest_path_m(robot: RobotUnderTest, drive: Drive) -> float:
-    """Longest path of a tendon in any test [m]."""
+    """Return the longest path of an actuator's tendon in any test [m]."""
     tendon = int(robot.model.actuator_trnid[drive.actuator, 0])
     recordings = [recording for recording in (robot.driven.settle, robot.driven.battery) if recording is not None]
     return max(float(np.max(recording.fields["ten_length"][:, :, tendon])) for recording in recordings)

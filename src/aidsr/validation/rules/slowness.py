@@ -1,4 +1,4 @@
-"""Is a robot that is still moving when a test ends slow, and what makes it so: damping, armature or a filter."""
+"""Rules for robots that are too slow to arrive within a test, because of damping, armature or actuator filters."""
 
 from __future__ import annotations
 
@@ -23,10 +23,11 @@ from aidsr.validation.rules.effect import (
 )
 
 STILL_MOVING = 0.2
-"""Way in the last quarter of a test / way in the whole test, above which an actuator's effect is still growing. Our
-choice: a first-order lag of half the test's length."""
+"""Displacement in the last quarter of a test / displacement in the whole test, above which an actuator's effect is
+still growing. Our choice: a first-order lag of half the test's length."""
 QUICKER = 3.0
-"""Effect without the cause / effect with it. Our choice: an oscillation overshoots by less than 2."""
+"""Effect without the cause / effect with it, above which the cause is confirmed. Our choice: an oscillation overshoots
+by less than 2."""
 _FASTER = 0.02
 """Factor on damping or time constants in the counterfactual. Our choice."""
 _FILTERS = (int(mujoco.mjtDyn.mjDYN_FILTER), int(mujoco.mjtDyn.mjDYN_FILTEREXACT), int(mujoco.mjtDyn.mjDYN_MUSCLE))
@@ -49,7 +50,7 @@ def _quicker_filters(model: mujoco.MjModel) -> None:
 
 
 def _find_slowness(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find what makes actuators slow, by taking one thing after the other away."""
+    """Find slow actuators and the cause by counterfactual simulations."""
     if robot.driven.battery is None or is_explained("no_effect", robot.found):
         return
     slow = list(_still_moving(robot))
@@ -68,7 +69,7 @@ def _find_slowness(robot: RobotUnderTest) -> Iterator[Fault]:
             found.append((largest_effect_if(robot, held, effects), rule, instead, held))
     if not found:
         return
-    # what is slow for one reason is often a little quicker without another
+    # removing a minor cause often helps a little too, so the cause with the largest effect is reported
     freed, rule, instead, held = max(found, key=lambda each: each[0])
     quick = [drive for drive in measured_drives(robot) if drive not in held and robot.effect_of(drive) >= MIN_EFFECT]
     yield rule.fault(
@@ -84,7 +85,7 @@ def _find_slowness(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _still_moving(robot: RobotUnderTest) -> Iterator[int]:
-    """Actuators whose displacement still grows when their test ends."""
+    """Yield the indices in `Evidence.drives` of actuators whose displacement still grows when their test ends."""
     moved = moved_over_length(robot)
     late = moved.shape[1] - moved.shape[1] // 4
     for drive in measured_drives(robot):

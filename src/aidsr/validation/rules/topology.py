@@ -1,4 +1,4 @@
-"""Is it one body: connected, and without gaps."""
+"""Rules for robots that are not one connected body: separate parts, and gaps between segments."""
 
 from __future__ import annotations
 
@@ -16,20 +16,21 @@ from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
 
 GAP_SHARE = 0.5
-"""Gap between neighbouring segments / segment length. Drawn joints leave gaps of up to a fifth. Our choice."""
+"""Largest gap between neighbouring segments / segment length. At joints, geoms leave gaps of up to a fifth. Our choice.
+"""
 CARRIER_GAP_SHARE = 2.0
-"""The same between a limb and what carries it: bases are often drawn as a thin plate. Our choice."""
+"""The same between a limb and the part that carries it: bases are often modelled as a thin plate. Our choice."""
 _ROOT_LEVEL_SHARE = 0.02
-"""Difference in height / L up to which bodies held by the world stand side by side, as fingers do; below the segment
-length of a limb of 40 segments. Our choice."""
+"""Largest difference in height / L between bodies fixed to the world that stand side by side, as fingers do; less than
+the segment length of a limb of 40 segments. Our choice."""
 
 
 def _find_disconnected(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find parts that do not hang together.
+    """Find parts of the robot that are not joined to each other.
 
-    Several bodies directly in the world are one robot when nothing but the world holds them and they stand side by
-    side, as fingers on a palm do; a free body beside another is a second robot. A fixed body without joints and cables
-    is a part of the surroundings, or was lost: a warning.
+    Several root bodies are one robot if something joins them, or if they are fixed side by side to the same parent, as
+    fingers are to a palm. A free root that nothing joins to the others is a second robot. A fixed root without joints
+    and cables belongs to the surroundings or was separated by mistake, and is a warning.
     """
     inert = set(_inert_roots(robot))
     lost = sorted(inert)
@@ -63,7 +64,7 @@ def _find_disconnected(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _inert_roots(robot: RobotUnderTest) -> Iterator[int]:
-    """Fixed roots beside others that carry neither joints nor cables."""
+    """Yield the roots whose trees have neither joints nor cables; nothing if that holds for all roots."""
     model, structure = robot.model, robot.structure
     alive = {_root_of(robot, body) for tendon in structure.tendons for body in tendon.bodies if body}
     alive |= {_root_of(robot, int(model.jnt_bodyid[joint])) for joint in structure.joints}
@@ -72,9 +73,10 @@ def _inert_roots(robot: RobotUnderTest) -> Iterator[int]:
 
 
 def string_ends(robot: RobotUnderTest) -> Iterator[list[int]]:
-    """Roots, or the world, that each string runs between: a tendon without a motor, with a limit or a stiffness.
+    """Yield, for each string, the roots it runs between; 0 is the world.
 
-    A cable along a limb of which a part was lost does not hold it, and a tendon that is only read holds nothing.
+    A string is a tendon without an actuator that has a limit or a stiffness. Driven cables do not hold separate parts
+    together, and a tendon that is only measured holds nothing.
     """
     model = robot.model
     for tendon in robot.structure.tendons:
@@ -83,7 +85,7 @@ def string_ends(robot: RobotUnderTest) -> Iterator[list[int]]:
 
 
 def _links(robot: RobotUnderTest) -> Iterator[tuple[int, int]]:
-    """Pairs of roots that are joined: by an equality constraint, or standing side by side on the same ground."""
+    """Yield the pairs of roots that are joined: by an equality constraint, by a string, or fixed side by side."""
     roots = robot.structure.roots
     for bodies in sorted(map(sorted, joined_bodies(robot.model))):
         ends = [_root_of(robot, body) for body in bodies]
@@ -105,7 +107,7 @@ def _root_of(robot: RobotUnderTest, body: int) -> int:
 
 
 def _side_by_side(robot: RobotUnderTest, one: int, other: int) -> bool:
-    """Whether two roots held by the same body start at the same height."""
+    """Return whether two roots have the same parent and start at about the same height."""
     model = robot.model
     if model.body_parentid[one] != model.body_parentid[other]:
         return False
@@ -140,7 +142,7 @@ DISCONNECTED = Rule(
 
 
 def _find_gaps(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find neighbouring segments of a chain that are far from touching, and limbs far from what carries them.
+    """Find wide gaps between neighbouring segments of a chain, and between limbs and the parts that carry them.
 
     Source: our choice; `geom_distance_m` between the nearest geoms of both.
     """
@@ -174,7 +176,7 @@ def _find_gaps(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _gaps(robot: RobotUnderTest, data: mujoco.MjData, chain: Chain) -> Iterator[tuple[float, int, float]]:
-    """Gaps / segment length that are too wide, with the body behind them and the segment's length [m]."""
+    """Yield the gaps in a chain that are too wide, as (gap / segment length, body after it, segment length [m])."""
     for before, body in pairwise(chain.bodies):
         gap = _gap_share(robot, data, chain, before, body)
         if gap > GAP_SHARE:
@@ -182,17 +184,17 @@ def _gaps(robot: RobotUnderTest, data: mujoco.MjData, chain: Chain) -> Iterator[
 
 
 def _gap_to_carrier(robot: RobotUnderTest, data: mujoco.MjData, chain: Chain) -> Iterator[tuple[float, int, float]]:
-    """The same for the gap between the limb's first segment and the part that it hangs from."""
+    """Yield the same for the gap between the first segment of a limb and the part that carries it."""
     carrier = int(robot.model.body_parentid[chain.bodies[0]])
     if not carrier:
-        return  # it hangs in the world, and what else stands there does not carry it
+        return  # nothing but the world carries it
     gap = _gap_share(robot, data, chain, carrier, chain.bodies[0])
     if gap > CARRIER_GAP_SHARE:
         yield gap, chain.bodies[0], chain.spacing_m
 
 
 def _gap_share(robot: RobotUnderTest, data: mujoco.MjData, chain: Chain, before: int, body: int) -> float:
-    """Gap between two bodies / segment length; 0 where one has no geoms."""
+    """Return the gap between two bodies / segment length; 0 if a body has no geoms."""
     ours, theirs, spacing_m = _rigid_geoms(robot, body), _rigid_geoms(robot, before), chain.spacing_m
     if not ours or not theirs or spacing_m == 0:
         return 0.0
@@ -202,7 +204,7 @@ def _gap_share(robot: RobotUnderTest, data: mujoco.MjData, chain: Chain, before:
 
 
 def _rigid_geoms(robot: RobotUnderTest, body: int) -> list[int]:
-    """Geoms of a body and of what is fixed to it."""
+    """Return the geoms of a body and of the bodies that are rigidly fixed to it."""
     model = robot.model
     weld = int(model.body_weldid[body])
     return [geom for geom in robot.structure.geoms if int(model.body_weldid[model.geom_bodyid[geom]]) == weld]

@@ -1,4 +1,4 @@
-"""Are lengths in metres, masses in kilograms, and gravity in m/s2."""
+"""Rules for wrong units: lengths not in metres, masses not in kilograms, gravity not in m/s2."""
 
 from __future__ import annotations
 
@@ -14,14 +14,16 @@ from aidsr.validation.rule import Example, Rule, Stage
 from aidsr.validation.rules.density import DENSITY_HIGH_KG_M3, densities_kg_m3
 
 LENGTH_LOW_M, LENGTH_HIGH_M = 0.005, 10.0
-"""Characteristic length of a robot that cables drive: catheters have millimetres, the longest arms a few metres."""
+"""Range of the characteristic length of cable-driven robots: catheters have millimetres, the longest arms a few
+metres."""
 _GRAVITY_LOW, _GRAVITY_HIGH = 0.1, 3.0
-"""Gravity / standard gravity. The moon has 0.17, no planet that one can stand on more than 2.5; none is a choice."""
+"""Range of gravity / standard gravity. The moon has 0.17 and no planet with a solid surface more than 2.5. Zero gravity
+is allowed too."""
 
 
 _KNOWN_SHARE = 0.5
-"""Mass of the bodies whose volume is known / mass of all, from where they speak for the robot. Our choice: of a robot
-of meshes a few small parts alone have a volume."""
+"""Mass of the bodies with known volume / mass of all, above which these bodies represent the robot. Our choice: in a
+robot made of meshes only a few small parts have a known volume."""
 
 
 def _find_wrong_length(robot: RobotUnderTest) -> Iterator[Fault]:
@@ -58,7 +60,7 @@ LENGTH_UNIT = Rule(
 
 
 def _find_wrong_masses(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find robots most of whose bodies are denser than any solid; single ones are `implausible_density`."""
+    """Find robots whose median body is denser than any solid; single bodies are faults of `implausible_density`."""
     moving = robot.structure.moving
     densities = {body: density for body, density in densities_kg_m3(robot).items() if body in moving}
     median = float(np.median(list(densities.values()))) if densities else 0.0

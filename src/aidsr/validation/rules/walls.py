@@ -1,4 +1,4 @@
-"""Is every part thick enough to be printed or cast."""
+"""Rule for parts that are too thin to be printed or cast."""
 
 from __future__ import annotations
 
@@ -10,14 +10,12 @@ from aidsr.validation.rule import Example, Rule, Stage
 from aidsr.validation.solids import half_width_m, volume_m3
 
 WALL_M = 0.0008
-"""Two lines of a 0.4 mm nozzle, the thinnest wall that common filament printers close on both sides."""
+"""Smallest thickness: two lines of a 0.4 mm nozzle, the thinnest wall that common filament printers close on both
+sides."""
 
 
 def _find_thin_walls(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find solid parts thinner than a wall that can be printed.
-
-    Parts that can touch nothing are decoration where their body has others that can.
-    """
+    """Find solid parts that are thinner than the thinnest wall that can be printed."""
     thin: dict[str, float] = {}
     for geom in _parts(robot):
         thickness_m = 2 * half_width_m(robot.model, geom)
@@ -33,7 +31,10 @@ def _find_thin_walls(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _parts(robot: RobotUnderTest) -> list[int]:
-    """Geoms that are solid primitives and no decoration."""
+    """Return the geoms that are solid primitives and not decoration.
+
+    A geom without collision is decoration if its body has other geoms with collision.
+    """
     model = robot.model
     touching = {geom for geom in robot.structure.geoms if model.geom_contype[geom] or model.geom_conaffinity[geom]}
     bodies = {int(model.geom_bodyid[geom]) for geom in touching}

@@ -1,4 +1,4 @@
-"""Are there motors that can drive the cables: tensions, speeds, powers and strokes against real ones."""
+"""Rules that compare the tension, speed, power and stroke of the cables with motors that can be bought."""
 
 from __future__ import annotations
 
@@ -20,28 +20,29 @@ from aidsr.validation.signals import Signal
 TENSION_N = 500.0
 TENSION_TO_WEIGHT = 50.0
 TENSION_NOTICED_N = 30.0
-"""Cable tension of the largest servo winches; and in weights of the robot, from where that is a real force. Our
-choice."""
+"""Limits of the cable tension: of the largest servo winches; relative to the weight of the moving parts; and the
+tension up to which the relative limit does not apply. Our choice."""
 POWER_W = 300.0
 SWEEP_POWER_W = 1500.0
 POWER_W_KG = 200.0
 POWER_NOTICED_W = 50.0
-"""Mechanical power of one actuator; geared servos give 50 to 200 W/kg. Our choice."""
+"""Limits of the mechanical power of one actuator: while commands ramp; in the random sweep; per kg of moving parts
+(geared servos give 50 to 200 W/kg); and the power up to which the limit per kg does not apply. Our choice."""
 CABLE_SPEED_M_S = 0.5
-"""Winches with the forces used here reel in 0.1 to 0.25 m/s. Our choice."""
+"""Largest cable speed; winches with the forces used here reel in 0.1 to 0.25 m/s. Our choice."""
 
 
 @dataclass(frozen=True)
 class Effort:
-    """What the tests ask of one tendon actuator.
+    """The load on one tendon actuator in the tests.
 
     Attributes:
         drive: The actuator.
-        tension_n: Greatest pull in any test [N].
-        speed_m_s: Fastest reeling in or out while commands ramp [m/s].
-        stroke_m: Difference between the tendon's longest and shortest length in any test [m].
-        power_w: Greatest mechanical power while commands ramp [W].
-        sweep_power_w: The same in the random sweep [W].
+        tension_n: Largest tension in any test [N].
+        speed_m_s: Largest cable speed in or out under tension, in all tests except the random sweep [m/s].
+        stroke_m: Difference between the tendon's longest and shortest length over all tests [m].
+        power_w: Largest mechanical power in all tests except the random sweep [W].
+        sweep_power_w: Largest mechanical power in the random sweep [W].
     """
 
     drive: Drive
@@ -53,7 +54,7 @@ class Effort:
 
 
 def efforts(robot: RobotUnderTest) -> list[Effort]:
-    """Return what the tests ask of every tendon actuator; nothing where the robot did not survive settling."""
+    """Return the load on every tendon actuator in the tests; empty if the simulation of settling failed."""
     evidence, battery = robot.driven, robot.driven.battery
     if battery is None:
         return []
@@ -80,18 +81,18 @@ def efforts(robot: RobotUnderTest) -> list[Effort]:
 
 
 def _reeling_m_s(robot: RobotUnderTest, drive: Drive) -> Array:
-    """How fast an actuator reels its tendon in, 0 while it lets go, (n_tests, n_frames) [m/s]."""
+    """Return the speed at which an actuator reels its tendon in, 0 while it reels out, (n_tests, n_frames) [m/s]."""
     tendon = int(robot.model.actuator_trnid[drive.actuator, 0])
     return np.maximum(-drive.side * battery_of(robot).fields["ten_velocity"][:, :, tendon], 0.0)
 
 
 def most_tension_n(weight_n: float) -> float:
-    """Return the cable tension that is allowed with moving parts of a weight [N]; more is `actuator_overforce`."""
+    """Return the largest allowed cable tension [N] for moving parts of a weight [N]; see `actuator_overforce`."""
     return min(TENSION_N, max(TENSION_NOTICED_N, TENSION_TO_WEIGHT * weight_n))
 
 
 def _find_overforce(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find cable tensions beyond what servo winches give, or beyond reason for the robot's weight."""
+    """Find cable tensions above those of servo winches, or unreasonably large for the robot's weight."""
     weight_n = robot.structure.mass_kg * STANDARD_GRAVITY_M_S2
     allowed_n = most_tension_n(weight_n)
     strong = [effort for effort in efforts(robot) if effort.tension_n > allowed_n]
@@ -107,7 +108,7 @@ def _find_overforce(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _find_overpower(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find mechanical powers beyond what motors of this size give."""
+    """Find actuators with more mechanical power than motors of this size have."""
     per_kg = max(POWER_NOTICED_W, POWER_W_KG * robot.structure.mass_kg)
     allowed_w = min(POWER_W, per_kg)
     strong = [e for e in efforts(robot) if e.power_w > allowed_w or e.sweep_power_w > SWEEP_POWER_W]
@@ -139,14 +140,14 @@ def _find_overspeed(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _find_long_strokes(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find cables whose tension and stroke no motor of the catalogue can do together.
+    """Find cables whose tension and stroke together exceed every motor of the catalogue.
 
-    A tension that no motor holds over any stroke is `actuator_overforce`; the stroke is looked at as if it were cured.
+    Tensions above `TENSION_N` are faults of `actuator_overforce`; they count as `TENSION_N` here.
     """
     most_n = TENSION_N
     asked = [replace(effort, tension_n=min(effort.tension_n, most_n)) for effort in efforts(robot)]
     most = [max((getattr(effort, name) for effort in asked), default=0.0) for name in ("tension_n", "stroke_m")]
-    # one motor that can do the most of everything can do all
+    # a motor for the largest tension and the largest stroke together is sufficient for every cable
     if not asked or can_hold(*most):
         return
     out_of_reach = [effort for effort in asked if not can_hold(effort.tension_n, effort.stroke_m)]
@@ -163,7 +164,7 @@ def _find_long_strokes(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _reach_m(effort: Effort) -> float:
-    """Longest stroke for which a motor holds the tension, to a millimetre [m]."""
+    """Return the longest stroke for which a motor holds the tension [m], accurate to a millimetre."""
     low, high = 0.0, effort.stroke_m
     while high - low > 1e-3:
         middle = (low + high) / 2
@@ -172,7 +173,7 @@ def _reach_m(effort: Effort) -> float:
 
 
 def motor_measurements(robot: RobotUnderTest) -> dict[str, dict[str, float | str]]:
-    """Return what each tendon actuator was asked for, and the cheapest motor that gives it, "" for none."""
+    """Return the load on each tendon actuator and the cheapest motor for it ("" if none exists), by actuator name."""
     asked: dict[str, dict[str, float | str]] = {}
     motors: dict[tuple[float, ...], str] = {}
     for effort in efforts(robot):
@@ -192,7 +193,7 @@ def motor_measurements(robot: RobotUnderTest) -> dict[str, dict[str, float | str
 
 
 def _rounded_up(value: float) -> float:
-    """The next number of two digits, so that tendons that ask for the same get the same motor."""
+    """Round a value up to two significant digits, so that tendons with equal loads get the same motor."""
     if value <= 0:
         return 0.0
     step = 10.0 ** (math.floor(math.log10(value)) - 1)

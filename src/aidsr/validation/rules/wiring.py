@@ -1,4 +1,4 @@
-"""Can the actuators do anything at all: gears, and the way tendons run, as seen in the compiled model."""
+"""Rules for actuators that can have no effect because of their gear, gain or tendon path in the compiled model."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ from aidsr.validation.thresholds import FEW_CABLES
 _SIMPLE_GAINS = (int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtGain.mjGAIN_AFFINE))
 _SLIDE, _FREE = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_FREE)
 MOMENT_SHARE = 0.05
-"""Moment arm / distance between tendon and joint; less means that the tendon runs along the axis. Our choice."""
+"""Smallest moment arm / distance between tendon and joint; with less, the tendon runs along the axis. Our choice."""
 _BENT_RAD = 0.02
-"""Bend at which moment arms are read: straight, a tendon through the axes is at an extreme of its length."""
+"""Bend of each joint at which moment arms are read: in a straight limb, the length of a tendon through the axes is at
+an extreme."""
 _FRONT = "".join(f'      <site site="front{index}"/>\n' for index in range(7))
 
 
@@ -94,9 +95,9 @@ TENDON_ONE_BODY = Rule(
 
 
 def _find_tendon_no_moment(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find driven tendons that have a lever about no joint they pass.
+    """Find driven tendons that have a moment arm about none of the joints they pass.
 
-    Source: moment arm = change of length per radian, dL/dq, against the distance between tendon and joint.
+    Source: moment arm = change of length per radian, dL/dq, divided by the distance between tendon and joint.
     """
     driven = [t for t in robot.structure.tendons if t.spatial and t.spans > 1 and t.actuators]
     if not driven:
@@ -120,7 +121,7 @@ def _find_tendon_no_moment(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _half_widths_m(robot: RobotUnderTest) -> dict[int, float]:
-    """Half the width of the thickest geom of every body that has one."""
+    """Return the half width [m] of the thickest geom of every body with geoms, by body id."""
     widths_m: dict[int, float] = {}
     smallest_m = robot.model.geom_aabb[:, 3:].min(axis=1)
     for geom in robot.structure.geoms:
@@ -132,9 +133,10 @@ def _half_widths_m(robot: RobotUnderTest) -> dict[int, float]:
 def _moment_share(
     robot: RobotUnderTest, bent: mujoco.MjData, tendon: Tendon, widths_m: dict[int, float]
 ) -> tuple[float, float]:
-    """Largest moment arm of a tendon / how far from that joint it could run, and that [m]; 1 where it moves a slide.
+    """Return a tendon's largest ratio of moment arm and possible distance from the joint, and that distance [m].
 
-    That distance is from the joint to the nearest site, or half the width of the joint's body, what is larger.
+    The possible distance is the larger of the distance from the joint to the tendon's nearest site and the half width
+    of the joint's body. (1, 0) if the tendon moves a slide joint.
     """
     model = robot.model
     first, count = int(model.ten_J_rowadr[tendon.id]), int(model.ten_J_rownnz[tendon.id])

@@ -1,14 +1,15 @@
 """A design in 3-D: simulated live or played back on the server, drawn by three.js in the browser.
 
     player      the process that compiles and steps a model, started by the server
-    display_model, parts, tendons, controls, names, target    what it sends about a model
-    playback, motions, frames                         what it sends about each moment
-    stream      a player as the server has it, only while a browser watches
+    display_model, parts, bodies, tendons, controls, names, target    the data sent once for each model
+    playback, motions, frames    the data sent for each frame
+    tracks      time series of a motion that is played back
+    stream      the server's handle of a player, which runs only while a browser watches
     endpoint    the WebSocket between server and browsers
-    element     the view as a part of a page
-    parts_view  a view of parts to print, which stand still
+    element     the view as an element of a page
+    parts_view  a view of printed parts, which do not move
 
-The browser's side is in `aidsr/apps/web/static/view3d`.
+The browser's code is in `aidsr/apps/web/static/view3d`.
 """
 
 from __future__ import annotations

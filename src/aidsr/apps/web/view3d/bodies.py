@@ -1,4 +1,4 @@
-"""What a body is beside its shapes: its frame and its inertia, as a viewer draws them on request."""
+"""The frame and the inertia of each body, which a viewer draws on request."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ Array = NDArray[np.float64]
 
 
 def body_facts(model: mujoco.MjModel, parts: Parts) -> list[dict[str, Any]]:
-    """Return mass, frame and inertia box of each body of which a shape moves.
+    """Return mass, frame and inertia box of each body with a moving geom.
 
-    All poses, 3 numbers of position and 9 of rotation by rows [m], are relative to a geom of the body: a viewer
-    knows where that is in every frame. The box has the body's mass and inertia, as MuJoCo's viewer draws it: with
-    half sides a, b, c its moment about the first axis is m / 3 (b^2 + c^2).
+    All poses, as position (3) [m] and rotation matrix (9, by rows), are relative to a geom of the body, because a
+    viewer knows the pose of that geom in every frame. The box has the body's mass and inertia, as MuJoCo's viewer draws
+    it: with half sides a, b, c, its moment about the first axis is m / 3 (b^2 + c^2).
     """
     first: dict[int, int] = {}
     for part, geom in enumerate(parts.geoms):

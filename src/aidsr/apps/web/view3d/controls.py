@@ -1,4 +1,4 @@
-"""What a person can pull: one slider for each actuator, and one for those that act together."""
+"""Sliders of a view: one for each actuator, and one for each group of actuators that act together."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from aidsr.sim.structure import Structure, name_of
 _ACTUATOR = mujoco.mjtObj.mjOBJ_ACTUATOR
 _UNLIMITED_END = 1.0  # as in `aidsr.sim.drive`
 _PLACES = 11
-"""Along a slider where the pull is computed; a page interpolates between them. Our choice: a tenth of the way each."""
+"""Number of positions along a slider at which the pull is computed; a page interpolates between them. Our choice: steps
+of a tenth."""
 
 
 def control_facts(
@@ -26,11 +27,11 @@ def control_facts(
 ) -> list[dict[str, Any]]:
     """Return a slider for each actuator, the robot's first.
 
-    `pulls_n` is how hard a cable is pulled along its slider [N]; empty for any other actuator, also for one on a fixed
-    tendon, whose pull is a force or a torque as its coefficients have it.
+    `pulls_n` is the pull on a cable at positions along its slider [N]. It is empty for any other actuator, also for one
+    on a fixed tendon, whose pull is a force or a torque, depending on the tendon's coefficients.
 
-    A slider runs from `release` to `pull`, so that to the right always pulls a tendon, whatever sign the actuator gives
-    to it.
+    A slider runs from `release` to `pull`, so that moving it to the right always pulls a tendon, whatever the sign of
+    the actuator's command.
     """
     pulls = _pulls(model, data, drives, neutral)
     driven = [_driven(model, drive, neutral, pull) for drive, pull in zip(drives, pulls, strict=True)]
@@ -55,7 +56,7 @@ def _driven(
 
 
 def _others(model: mujoco.MjModel, drives: Sequence[Drive], neutral: NDArray[np.float64]) -> list[dict[str, Any]]:
-    """Return a slider for each actuator of the surroundings, over its range."""
+    """Return a slider for each actuator that is not the robot's, over its control range."""
     facts = []
     for actuator in sorted(set(range(model.nactuator)) - {drive.actuator for drive in drives}):
         limited = bool(model.actuator_ctrllimited[actuator])
@@ -80,7 +81,7 @@ def _others(model: mujoco.MjModel, drives: Sequence[Drive], neutral: NDArray[np.
 def _pulls(
     model: mujoco.MjModel, data: mujoco.MjData, drives: Sequence[Drive], neutral: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return how hard each drive pulls where the robot rests, (drives, places along its slider) [N]."""
+    """Return how hard each drive pulls in the robot's rest pose, (drives, positions along its slider) [N]."""
     probe = mujoco.MjData(model)
     probe.qpos[:] = data.qpos
     pulls = np.zeros((len(drives), _PLACES))
@@ -94,13 +95,16 @@ def _pulls(
 
 
 def control_unit(model: mujoco.MjModel, actuator: int) -> str:
-    """Return the unit of an actuator's command; empty where it is not known, or a gear or a gain stands between."""
+    """Return the unit of an actuator's command; empty where it is unknown, or a gear or a gain scales the command."""
     command = command_of(model, actuator)
     return command.unit if command and np.isclose(abs(command.factor), 1.0) else ""
 
 
 def group_facts(model: mujoco.MjModel, structure: Structure, declared: Sequence[ActuatorGroup]) -> list[dict[str, Any]]:
-    """Return the robot's actuator groups as its author defines them, else limbs of the same build, by name."""
+    """Return the robot's actuator groups as its author defines them, else actuators that do the same in equal limbs.
+
+    Each group has a name and the names of its actuators; a declared group of one actuator is left out.
+    """
     if declared:
         known = {name_of(model, _ACTUATOR, actuator) for actuator in range(model.nactuator)}
         named = {group.name: [n if n in known else ROBOT_PREFIX + n for n in group.actuators] for group in declared}

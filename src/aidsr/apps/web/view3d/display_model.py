@@ -1,4 +1,4 @@
-"""A model from outside, made ready to be shown and moved. Only ever used inside the player's process."""
+"""A model from an untrusted text, prepared for display and simulation. Used only inside the player's process."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ from aidsr.validation.validator import Mount
 
 @dataclass(frozen=True, eq=False)
 class DisplayModel:
-    """A robot as the validator would test it, or a scene, with what a viewer must know about it.
+    """A robot as the validator would test it, or a scene, with the data that a viewer needs.
 
     Attributes:
-        model: What is simulated.
-        structure: What of it is the robot.
-        drives: How its actuators can be commanded.
-        neutral: The command of every actuator that does nothing in the initial state, (nu,).
-        parts: Its shapes.
-        lines: Its tendons.
-        facts: All that a viewer is sent once.
+        model: The simulated model.
+        structure: Elements of the model that belong to the robot.
+        drives: Commands of the robot's actuators.
+        neutral: For each control, the command with which its actuator gives no force in the initial state, (nu,).
+        parts: Shapes of the model.
+        lines: Tendons of the model.
+        facts: All data that a viewer is sent once.
     """
 
     model: mujoco.MjModel
@@ -59,18 +59,19 @@ class DisplayModel:
         groups: Sequence[ActuatorGroup] = (),
         target: Wanted = "",
     ) -> Self:
-        """Return an MJCF text ready to be shown.
+        """Return an MJCF text prepared for display.
 
         Args:
-            text: Robot or scene.
-            mount: How a robot alone stands; see `aidsr.validation.validate`.
-            environment: MJCF whose physics hold for a robot alone, empty for its own.
+            text: MJCF of a robot or a scene.
+            mount: Mount of a robot shown alone; see `aidsr.validation.validate`.
+            environment: MJCF of the environment whose physics options apply to a robot shown alone; empty for the
+                robot's own options.
             groups: Actuators that act together, as the robot's author defines them.
             target: TOML of the goal, or marks of the task, whose target is shown; empty for none.
 
         Raises:
             MjcfError: The text cannot be loaded.
-            UserError: That is no goal.
+            UserError: The target is not a valid goal.
             ValueError: There is no such mount.
         """
         if mount not in get_args(Mount):

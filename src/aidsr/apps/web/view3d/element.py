@@ -1,4 +1,4 @@
-"""The view as a part of a page."""
+"""The 3-D view as an element of a page."""
 
 from __future__ import annotations
 
@@ -27,29 +27,30 @@ class Pick:
     kind: Literal["body", "tendon", ""]
     """Empty where nothing was hit, which clears the selection."""
     name: str
-    """As the MJCF has it."""
+    """Name in the MJCF."""
 
 
 class SceneView(Element, component=_STATIC / "scene_view.js", esm={"aidsr-view3d": str(_STATIC)}):
     """A robot or scene in 3-D, with sliders that pull its tendons.
 
-    It fills its parent, which must have a height. Each view has a simulation of its own, which runs only while it is
-    watched; it ends with the page it is on.
+    The view fills its parent, which must have a height. It has its own simulation, which runs only while a browser
+    watches and ends when the page is closed.
 
     Args:
         mjcf: Robot or scene, as text or as the path of its file.
-        title: What it is, for those who cannot see it and for the names of pictures.
+        title: Description for screen readers and for file names of saved pictures.
         picture: Address of a still picture, for browsers without WebGL.
-        faults: What is wrong with it: the bodies and tendons named there are lit.
+        faults: Faults whose bodies and tendons are highlighted.
         groups: Actuators that act together, as the robot's author defines them; each group gets a slider.
         episodes: Recorded motions to choose from.
-        mount: How a robot alone stands; see `aidsr.validation.validate`.
-        environment: MJCF whose physics hold for a robot alone, empty for its own.
-        controls: Whether there are sliders and transport; without, it is only looked at.
-        together: Whether its camera turns with those of the other views of the page.
-        before: MJCF of an earlier state of it, which can be shown as a ghost; empty for none.
-        target: TOML of the goal, or marks of the task, whose target is shown as a ghost; empty for none.
-        on_pick: Called with what a person clicks.
+        mount: Mount of a robot shown alone; see `aidsr.validation.validate`.
+        environment: MJCF of the environment whose physics options apply to a robot shown alone; empty for the robot's
+            own options.
+        controls: Whether to show sliders and playback controls.
+        together: Whether its camera rotates together with the cameras of the other views on the page.
+        before: MJCF of an earlier version, which can be shown as a ghost; empty for none.
+        target: TOML of the goal, or marks of the task, whose target can be shown as a ghost; empty for none.
+        on_pick: Called with the body or tendon that a person clicks.
     """
 
     def __init__(
@@ -93,19 +94,19 @@ class SceneView(Element, component=_STATIC / "scene_view.js", esm={"aidsr-view3d
 
     @property
     def episodes(self) -> tuple[str, ...]:
-        """Names of the motions that can be played."""
+        """Names of the episodes that can be played."""
         return tuple(self._props["episodes"])
 
     def light(self, faults: Sequence[Fault]) -> None:
-        """Let the bodies and tendons that faults name glow, in place of those that did."""
+        """Highlight the bodies and tendons that the faults name, in place of those highlighted before."""
         self._props["lit"] = [{"names": list(fault.names), "severity": fault.severity} for fault in faults]
 
     def replay(self, name: str) -> None:
-        """Play an episode in each watching browser, as if chosen there."""
+        """Play an episode, given by its name, in each watching browser, as if it were selected there."""
         self.run_method("replay", self.episodes.index(name))
 
     def play(self, episode: Episode, *, scroll: bool = True) -> None:
-        """Add an episode, and play it in each watching browser, which scrolls to it unless told not to."""
+        """Add an episode and play it in each watching browser, which scrolls to the view if `scroll` is set."""
         index = self.stream.add(episode)
         names = list(self.episodes)
         names[index : index + 1] = [episode.name]
@@ -124,7 +125,7 @@ class SceneView(Element, component=_STATIC / "scene_view.js", esm={"aidsr-view3d
 
 
 def _views() -> Views:
-    """Return the views of this server, served from the first time on."""
+    """Return the open views of this server; the first call adds their WebSocket."""
     views = getattr(app.state, "aidsr_views", None)
     if not isinstance(views, Views):
         views = app.state.aidsr_views = Views()

@@ -1,6 +1,6 @@
-"""The WebSocket over which a browser watches a view and commands it.
+"""The WebSocket over which a browser watches a view and sends commands to it.
 
-`aidsr.apps.web.guard` has admitted the request before. A view is addressed by the random id that the page was given,
+`aidsr.apps.web.guard` has checked the request before. A view is addressed by the random id that its page was given,
 never by a path.
 """
 
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 
 ADDRESS = "/view3d"
 _MAX_COMMAND = 16_384
-"""Characters; a command for a hundred actuators has some 3,000."""
+"""Maximum length of a command in characters; a command for a hundred actuators has some 3,000."""
 _UNKNOWN_VIEW = 4404
 """Close code after which a browser does not reconnect."""
 
 
 class Views:
-    """The views that are open, by their ids."""
+    """The streams of the open views, by their ids."""
 
     def __init__(self) -> None:
         self._streams: dict[str, SceneStream] = {}
@@ -35,17 +35,17 @@ class Views:
         self._streams[stream.id] = stream
 
     def remove(self, stream: SceneStream) -> None:
-        """Disconnect its watchers and end it."""
+        """End a stream, and let no more browsers watch it."""
         self._streams.pop(stream.id, None)
         stream.close()
 
     def find(self, view: str) -> SceneStream | None:
-        """Return the stream of an id."""
+        """Return the stream with the id `view`; None where there is none."""
         return self._streams.get(view)
 
 
 def serve_views(app: FastAPI, views: Views) -> None:
-    """Add the WebSocket to a server."""
+    """Add the WebSocket of the views to a server."""
 
     async def watch_view(websocket: WebSocket, view: str) -> None:
         await websocket.accept()
@@ -60,7 +60,7 @@ def serve_views(app: FastAPI, views: Views) -> None:
 
 
 async def _converse(websocket: WebSocket, stream: SceneStream, watcher: Watcher) -> None:
-    """Send what there is to see and take commands until the browser goes."""
+    """Send messages to a browser and execute its commands until it disconnects."""
     sending = asyncio.create_task(_send_messages(websocket, watcher))
     try:
         while True:
@@ -69,7 +69,7 @@ async def _converse(websocket: WebSocket, stream: SceneStream, watcher: Watcher)
                 await websocket.close(1009, "the command is too long")
                 return
             await stream.execute(json.loads(text))
-    except (WebSocketDisconnect, RuntimeError):  # the browser has gone, in the middle of a message or between two
+    except (WebSocketDisconnect, RuntimeError):  # the browser has disconnected, during a message or between two
         return
     except (ValueError, KeyError):
         await websocket.close(1008, "that is no command of a view")

@@ -24,17 +24,17 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Positions over time.
+    """Positions over time, and other quantities, each None where it is unknown.
 
     Attributes:
         frame_s: Time between two rows [s].
-        qpos: (n_frames, nq), finite.
-        tension_n: (n_frames, ntendon) where it is known.
-        ctrl: (n_frames, nu) where it is known.
-        contacts: Of the robot with anything else, (n, 7): frame, point [m], force on the robot [N]; where known.
-        progress: On the task, (n_frames,), where it is known.
-        holds: Above 0 where the goal holds, (n_frames,), where it is known.
-        ended: How it ended, in a word; empty where that is not known.
+        qpos: Positions as in MuJoCo, (n_frames, nq), finite.
+        tension_n: Tension of each tendon, (n_frames, ntendon) [N].
+        ctrl: Command of each control, (n_frames, nu).
+        contacts: Contacts of the robot with anything else, (n, 7): frame, point (3) [m], force on the robot (3) [N].
+        progress: Progress on the task, 0 to 1, (n_frames,).
+        holds: Above 0 in frames in which the goal holds, (n_frames,).
+        ended: How the episode ended, in a word; empty where that is unknown.
     """
 
     frame_s: float
@@ -52,7 +52,7 @@ class Motion:
         return (len(self.qpos) - 1) * self.frame_s
 
     def contacts_at(self, frame: int) -> Array:
-        """Return point and force of each contact in a frame, (n, 6)."""
+        """Return point [m] and force on the robot [N] of each contact in a frame, (n, 6)."""
         if self.contacts is None:
             return np.zeros((0, CONTACT_NUMBERS))
         first, last = np.searchsorted(self.contacts[:, 0], (frame, frame + 1))
@@ -60,16 +60,16 @@ class Motion:
 
     @classmethod
     def recorded(cls, model: mujoco.MjModel, frame_s: float, arrays: Mapping[str, Array], ended: str = "") -> Self:
-        """Return a motion from outside, up to where its positions stop being finite.
+        """Return a recorded motion, up to the first row with a position that is not finite.
 
         Args:
-            model: What moves.
+            model: The model that moves.
             frame_s: Time between two rows [s].
-            arrays: Those of this class, by name; at least `qpos`.
-            ended: See this class.
+            arrays: Arrays, named like the attributes of this class; at least `qpos`.
+            ended: See the class.
 
         Raises:
-            ValueError: It does not fit the model.
+            ValueError: The arrays do not fit the model.
         """
         qpos = arrays["qpos"]
         if qpos.ndim != 2 or qpos.shape[1] != model.nq or not len(qpos) or not frame_s > 0:
@@ -93,7 +93,7 @@ class Motion:
 
 
 class Tests:
-    """The validator's battery for what is shown, each test simulated when it is first asked for."""
+    """The validator's battery of tests for the shown model; each test is simulated when it is first requested."""
 
     def __init__(self, shown: DisplayModel) -> None:
         self._shown = shown
@@ -105,13 +105,13 @@ class Tests:
 
     @property
     def labels(self) -> list[str]:
-        """What each test is, in words; none where the robot does not survive settling."""
+        """A label of each test, in words; empty where the robot does not survive settling or testing takes too long."""
         if self._plan is None:
             return []
         return [self._label(test, self._plan.drives) for test in self._plan.tests]
 
     def motion(self, index: int) -> Motion:
-        """Return what the validator sees in a test.
+        """Return the motion that the validator simulates in a test.
 
         Raises:
             ValueError: There is no such test.

@@ -1,6 +1,6 @@
-"""Where in a model each name is.
+"""The bodies and tendons that belong to each name in a model.
 
-A fault may name a joint, an actuator or a sensor; what can be lit is a body or a tendon.
+A fault may name a joint, an actuator or a sensor, but a view can highlight only bodies and tendons.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _Place = tuple[str, str]
 
 
 def locate_elements(model: mujoco.MjModel) -> dict[str, list[_Place]]:
-    """Return the bodies and tendons behind every name; two things of one name are both lit."""
+    """Return the bodies and tendons that belong to each name; if two elements share a name, those of both."""
     found: dict[str, list[_Place]] = {}
     for name, place in _every(model):
         places = found.setdefault(name, [])

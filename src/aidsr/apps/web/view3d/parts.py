@@ -1,4 +1,4 @@
-"""What a viewer has to draw: each shape once, with its colour and name, and where it stands in a frame."""
+"""The shapes that a viewer draws: each once, with its colour and name, and its pose in each frame."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from aidsr.sim.structure import name_of
 Floats = NDArray[np.float32]
 
 MAX_SHAPES = 20_000
-"""In one picture: as many geoms as `aidsr.mjcf.read` lets a document have."""
+"""Maximum number of shapes in one picture: as many geoms as `aidsr.mjcf.read` allows in a document."""
 
 _GEOM, _SITE = int(mujoco.mjtObj.mjOBJ_GEOM), int(mujoco.mjtObj.mjOBJ_SITE)
 _PLANE, _HFIELD = int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD)
@@ -24,13 +24,13 @@ _MESHES = (int(mujoco.mjtGeom.mjGEOM_MESH), int(mujoco.mjtGeom.mjGEOM_SDF))
 
 @dataclass(frozen=True, eq=False)
 class Parts:
-    """The shapes of a model, in two lots: those that stand still are sent once, those that can move in every frame.
+    """The shapes of a model, in two groups: the poses of fixed shapes are sent once, those of moving ones every frame.
 
     Attributes:
-        facts: One mapping a shape for the viewer, those that move first.
-        surfaces: Vertices and triangles that shapes refer to by number.
-        geoms: Ids of the geoms that move, in the order of `facts`.
-        sites: Ids of the sites that move, which follow the geoms.
+        facts: One mapping for each shape, as the viewer gets it; moving shapes first.
+        surfaces: Vertices and triangles that shapes refer to by index.
+        geoms: Ids of the moving geoms, in the order of `facts`.
+        sites: Ids of the moving sites, which follow the moving geoms in `facts`.
     """
 
     facts: tuple[dict[str, Any], ...]
@@ -39,17 +39,17 @@ class Parts:
     sites: NDArray[np.intp]
 
     def poses(self, data: mujoco.MjData) -> Floats:
-        """Return position and rotation matrix of each shape that moves, (n, 12)."""
+        """Return position [m] and rotation matrix (by rows) of each moving shape, (n, 12)."""
         where = np.concatenate([data.geom_xpos[self.geoms], data.site_xpos[self.sites]])
         turned = np.concatenate([data.geom_xmat[self.geoms], data.site_xmat[self.sites]])
         return np.hstack([where, turned]).astype(np.float32)
 
 
 def list_parts(looks: mujoco.MjModel, data: mujoco.MjData) -> Parts:
-    """Return the shapes that MuJoCo itself would draw, tendons left out.
+    """Return the shapes that MuJoCo itself would draw, without tendons.
 
     Args:
-        looks: The model in the colours it shall have.
+        looks: The model with the colours to display.
         data: Its initial state, with kinematics computed.
     """
     scene = mujoco.MjvScene(looks, maxgeom=MAX_SHAPES)
@@ -85,7 +85,7 @@ def _fact(model: mujoco.MjModel, data: mujoco.MjData, shape: mujoco.MjvGeom, rob
     body, kind, index = _body(model, shape), mujoco.mjtObj(int(shape.objtype)), int(shape.objid)
     is_geom = int(kind) == _GEOM
     where, turned = (data.geom_xpos, data.geom_xmat) if is_geom else (data.site_xpos, data.site_xmat)
-    # MuJoCo's scene moves an endless plane with the camera; the model marks it as endless
+    # MuJoCo's scene moves an infinite plane with the camera; in the model, its size marks it as infinite
     size = model.geom_size[index] if is_geom and int(shape.type) == _PLANE else shape.size
     material = int(shape.matid)
     return {
@@ -103,7 +103,7 @@ def _fact(model: mujoco.MjModel, data: mujoco.MjData, shape: mujoco.MjvGeom, rob
 
 
 def _surface_key(model: mujoco.MjModel, shape: mujoco.MjvGeom) -> tuple[bool, int] | None:
-    """Return whether a shape is a height field and the number of its data, or None for a plain shape."""
+    """Return whether a shape is a height field and the id of its data; None for a primitive shape."""
     if int(shape.objtype) != _GEOM or int(shape.type) not in (_HFIELD, *_MESHES):
         return None
     return int(shape.type) == _HFIELD, int(model.geom_dataid[shape.objid])
@@ -119,10 +119,10 @@ def _mesh(model: mujoco.MjModel, mesh: int) -> dict[str, Any]:
 
 
 def _height_field(model: mujoco.MjModel, field: int) -> dict[str, Any]:
-    """Return the upper surface.
+    """Return the upper surface of a height field.
 
-    Source: MuJoCo XML reference, asset/hfield: data between 0 and 1 times the third size, over the first two as half
-    sides, rows along y.
+    Source: MuJoCo XML reference, asset/hfield: the heights are data between 0 and 1 times the third size; the first two
+    sizes are half the sides; rows are along y.
     """
     rows, columns = int(model.hfield_nrow[field]), int(model.hfield_ncol[field])
     half_x, half_y, top, _ = model.hfield_size[field]

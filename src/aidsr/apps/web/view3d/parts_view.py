@@ -1,4 +1,4 @@
-"""Parts to print as a part of a page: each kind once, as it lies on the bed, drawn from its STL file."""
+"""A view of printed parts as an element of a page: each kind once, as it lies on the print bed, from its STL file."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ class PlacedPart:
 
     name: str
     letter: str
-    """A letter or two that stand at it."""
+    """Label of one or two characters, shown at the part."""
     about: str
     """Tooltip."""
     address: str
-    """Of its STL file, in millimetres."""
+    """Address of its STL file, which is in millimetres."""
     rgb: tuple[float, float, float]
 
 
 class PartsView(Element, component=_STATIC / "parts_view.js", esm={"aidsr-view3d": str(_STATIC)}):
-    """Printed parts in 3-D, to be turned and pointed at. It fills its parent, which must have a height.
+    """Printed parts in 3-D, which can be rotated and clicked. The view fills its parent, which must have a height.
 
     Args:
-        parts: What lies on the bed.
-        title: What it is, for those who cannot see it and for the names of pictures.
+        parts: Parts on the print bed.
+        title: Description for screen readers and for file names of saved pictures.
     """
 
     def __init__(self, parts: Sequence[PlacedPart], *, title: str) -> None:
@@ -39,5 +39,5 @@ class PartsView(Element, component=_STATIC / "parts_view.js", esm={"aidsr-view3d
         self._props["title"] = title
 
     def choose(self, name: str) -> None:
-        """Highlight a part in each watching browser, as if clicked there."""
+        """Highlight a part, given by its name, in each watching browser, as if it were clicked there."""
         self.run_method("choose", name)

@@ -1,4 +1,4 @@
-"""What a view plays: a simulation that a person commands, or a recorded motion."""
+"""What a view plays: a live simulation that a person commands, or a recorded motion."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from aidsr.sim.drive import set_act
 from aidsr.sim.tendon_tension import tensions_n
 
 SPEED_BOUNDS = (0.02, 4.0)
-"""Times real time."""
+"""Minimum and maximum speed [times real time]."""
 _CHUNK_STEPS = 5
 _PAST_FRAMES = 1500
-"""Of the live simulation that can be looked back at. Our choice: a minute."""
+"""Number of frames of the live simulation that can be played back. Our choice: a minute."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Moment:
-    """The live simulation at one time."""
+    """The state of the live simulation at one time."""
 
     time_s: float
     qpos: Array
@@ -42,12 +42,12 @@ class Playback:
 
     Attributes:
         shown: The model.
-        motion: What is played back, None while the simulation is live.
+        motion: Motion that is played back; None while the simulation is live.
         runs: Whether time advances.
-        speed: Times real time that is asked for.
-        pace: Times real time that was reached of late; below `speed` where the machine is too slow.
+        speed: Requested speed [times real time].
+        pace: Recently reached speed [times real time]; below `speed` where the machine is too slow.
         time_s: Time of the simulation, or in the motion [s].
-        trouble: Why the simulation stopped, for the person; empty where it did not.
+        trouble: Why the simulation stopped, as a message to the person; empty where it did not.
     """
 
     def __init__(self, shown: DisplayModel) -> None:
@@ -62,7 +62,7 @@ class Playback:
         self.go_live()
 
     def go_live(self) -> None:
-        """Reset the simulation, with zero control for every actuator."""
+        """Switch to the live simulation and reset it, with the neutral command for every actuator."""
         self.motion = None
         self._begin()
         model, data = self.shown.model, self._data
@@ -71,13 +71,13 @@ class Playback:
         mujoco.mj_forward(model, data)
 
     def play_back(self, motion: Motion) -> None:
-        """Show a motion from its beginning."""
+        """Play a motion from its beginning."""
         self.motion = motion
         self._begin()
         self.seek(0.0)
 
     def reset(self) -> None:
-        """Go back to the beginning of whatever is shown."""
+        """Go back to the beginning of the simulation or the motion."""
         if self.motion is None:
             self.go_live()
         else:
@@ -90,10 +90,10 @@ class Playback:
             self.seek(0.0)
 
     def command(self, ctrl: Mapping[int, float]) -> None:
-        """Set some controls, by their place in `ctrl`; a motion gives way to the live simulation.
+        """Set some commands, by their index in MuJoCo's `ctrl`; a motion is replaced by the live simulation.
 
         Raises:
-            ValueError: A place that does not exist, or no number.
+            ValueError: An index does not exist, or a command is not finite.
         """
         if not all(0 <= at < self.shown.model.nu and math.isfinite(value) for at, value in ctrl.items()):
             raise ValueError(f"expected finite commands for {self.shown.model.nu} controls, found {dict(ctrl)}")
@@ -107,12 +107,12 @@ class Playback:
         """Pull a body of the live simulation by one of its points with a spring, as MuJoCo's viewer does.
 
         Args:
-            body: Its name.
-            point: Where it was taken, (3,), in the world when it was taken [m].
-            to: Where to, (3,), in the world [m].
+            body: Name of the body.
+            point: Point at which the body was grabbed, (3,), in world coordinates at that time [m].
+            to: Point to which it is pulled, (3,), in world coordinates [m].
 
         Raises:
-            ValueError: There is no such body, or no numbers.
+            ValueError: There is no such body, or a motion is played back.
         """
         index = mujoco.mj_name2id(self.shown.model, mujoco.mjtObj.mjOBJ_BODY, body)
         if index < 1 or self.motion is not None:
@@ -131,7 +131,7 @@ class Playback:
         self._data.xfrc_applied[:] = 0.0
 
     def look_back(self) -> Motion | None:
-        """Return what the live simulation did of late as a motion, None where nothing has happened yet."""
+        """Return the recent past of the live simulation as a motion; None where there is none."""
         if self.motion is not None or len(self._past) < 2:
             return None
         past = list(self._past)
@@ -149,7 +149,7 @@ class Playback:
         )
 
     def seek(self, time_s: float) -> None:
-        """Go to a moment of the motion that is played back; a live simulation has only its present."""
+        """Go to a time in the motion that is played back; a live simulation is left unchanged."""
         if self.motion is None:
             return
         self.time_s = min(max(time_s, 0.0), self.motion.duration_s)
@@ -164,8 +164,8 @@ class Playback:
         """Advance time.
 
         Args:
-            wall_s: Time that has passed for the person [s].
-            budget_s: Most processor time to spend on it [s].
+            wall_s: Wall-clock time that has passed [s].
+            budget_s: Maximum processor time to spend on it [s].
         """
         if not self.runs:
             return
@@ -177,7 +177,7 @@ class Playback:
         self.runs = self.time_s < self.motion.duration_s
 
     def moment(self) -> Snapshot:
-        """Return what there is to be seen now."""
+        """Return what is visible now."""
         model, data, motion = self.shown.model, self._data, self.motion
         if motion is None:
             tension, ctrl = tensions_n(model, data.ten_length, data.actuator_force), np.array(data.ctrl)

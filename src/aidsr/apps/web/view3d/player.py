@@ -1,9 +1,9 @@
 """The process that simulates what a view shows: `python -m aidsr.apps.web.view3d.player`, started by `SceneStream`.
 
-Models from outside are compiled and stepped here and never in the server. Over its two pipes it takes commands, as
-JSON, and gives messages (see `frames`), each behind eight bytes of length. It sends frames while something moves, one a
-second while nothing does, and ends when its pipe closes. Like the workers of `aidsr.sandbox` it has no keys,
-a folder of its own, and bounds on memory and on the processor time between two frames.
+Untrusted models are compiled and stepped here and never in the server. The process reads commands, as JSON, from one
+pipe and writes messages (see `frames`) to another; each is preceded by its length in eight bytes. It sends frames while
+something moves, one a second while nothing does, and ends when its pipe closes. Like the workers of `aidsr.sandbox` it
+has no API keys, its own folder, and limits on memory and on the processor time between two frames.
 """
 
 from __future__ import annotations
@@ -32,23 +32,24 @@ from aidsr.sandbox.pipes import connect_to_parent, write_bytes
 from aidsr.tasks.mark import Mark
 
 FRAMES_PER_S = 25.0
-"""While something moves. Our choice: smooth to the eye; the screen draws in between what it likes."""
+"""Frame rate while something moves. Our choice: smooth to the eye; the browser may draw more often."""
 _HEARTBEAT_S = 1.0
 _WATCHABLE_S = 4.0
 _SLOWEST = 0.05
-"""How long an episode takes to be shown, and how far it is slowed down for that. Our choices."""
+"""An episode shorter than `_WATCHABLE_S` is slowed down to take that long, but not below `_SLOWEST` times real time.
+Our choices."""
 _SHARE_OF_A_CORE = 0.6
-"""Spent on simulating at most; a model that needs more runs slower than asked for."""
+"""Maximum share of a core spent on simulation; a model that needs more runs slower than requested."""
 _MEMORY_MIB = 4096
 _CPU_S = 30
-"""Processor time that loading, a test or a frame may take."""
+"""Maximum processor time for loading, a test or a frame."""
 
 
 class Player:
-    """Executes commands and sends what is to be drawn.
+    """Executes commands, and sends the messages from which a viewer draws.
 
     Args:
-        replies: Where messages go.
+        replies: Stream to which messages are written.
     """
 
     def __init__(self, replies: BinaryIO) -> None:
@@ -65,12 +66,12 @@ class Player:
 
     @property
     def wait_s(self) -> float:
-        """How long nothing needs to be done [s]."""
+        """Time until the next frame is due [s]."""
         moving = self._changed or (self._playing is not None and self._playing.runs)
         return max(0.0, self._last + (1 / FRAMES_PER_S if moving else _HEARTBEAT_S) - time.monotonic())
 
     def execute(self, command: dict[str, Any]) -> None:
-        """Execute a command; the next frame shows it. An invalid one is answered with an error message."""
+        """Execute a command; the next frame shows its effect. An invalid command is answered with an error message."""
         self._changed = True
         try:
             if command.get("do") == "load":
@@ -85,14 +86,14 @@ class Player:
             self._send_trouble(f"The view could not do that: {error}")
 
     def tick(self) -> None:
-        """Let as much time pass as has passed, and show it."""
+        """Advance by the wall-clock time since the last frame, within a limit, and send a frame."""
         passed = time.monotonic() - self._last
         if self._playing is not None:
             self._playing.advance(min(passed, 3 / FRAMES_PER_S), _SHARE_OF_A_CORE / FRAMES_PER_S)
         self.show()
 
     def show(self) -> None:
-        """Send the present frame, and the state where it has changed."""
+        """Send the current frame, and the state and the tracks where they have changed."""
         self._last, self._changed = time.monotonic(), False
         if self._playing is None:
             self._send(pack_json(Kind.STATE, self._sent_state))
@@ -126,7 +127,7 @@ class Player:
             target=self._target,
         )
         if command["before"]:
-            with contextlib.suppress(MjcfError):  # an earlier state may be the one that could not be loaded
+            with contextlib.suppress(MjcfError):  # an earlier version may be invalid
                 before = DisplayModel.of(
                     command["before"], mount=command["mount"], environment=command["environment"], groups=()
                 )
@@ -141,7 +142,7 @@ class Player:
         self._send(pack_json(Kind.TESTS, {"tests": self._tests.labels}))
 
     def _put_on(self, shown: DisplayModel) -> None:
-        """Show a model in place of another, unless it is shown already."""
+        """Show a model, live, in place of the current one; keep the current one if it is the same model."""
         if self._playing is None or self._playing.shown is not shown:
             speed = 1.0 if self._playing is None else self._playing.speed
             self._playing = Playback(shown)
@@ -185,7 +186,7 @@ class Player:
                 raise ValueError(f"there is no such command: {str(command)[:80]}")
 
     def _live(self) -> Playback:
-        """Go back to the model that was loaded, which a varied episode may have replaced."""
+        """Return the live simulation of the loaded model, which the scene of a varied episode may have replaced."""
         if self._base is None:
             raise ValueError("nothing has been loaded")
         self._put_on(self._base)
@@ -196,7 +197,7 @@ class Player:
         return self._playing
 
     def _episode(self, command: dict[str, Any]) -> None:
-        """Play an episode back; the server sends its arrays along, as 32-bit floats in base64 with their shapes."""
+        """Play an episode back; the command contains its arrays, as 32-bit floats in base64, and their shapes."""
         if self._base is None:
             raise ValueError("nothing has been loaded")
         shown = DisplayModel.of(command["mjcf"], target=self._target) if command["mjcf"] else self._base
@@ -208,7 +209,7 @@ class Player:
         self._put_on(shown)
         if self._playing is not None:
             self._playing.play_back(motion)
-            # a success takes a fraction of a second: it is slowed down until it can be followed
+            # an episode may succeed within a fraction of a second: it is slowed down so that it can be followed
             self._playing.speed = min(1.0, max(_SLOWEST, round(motion.duration_s / _WATCHABLE_S, 2)))
         self._choice = {"mode": "episode", "index": int(command["index"])}
 
@@ -248,5 +249,5 @@ def _number(value: object) -> float:
 
 
 if __name__ == "__main__":
-    with contextlib.suppress(BrokenPipeError):  # the server has gone; so do we
+    with contextlib.suppress(BrokenPipeError):  # the server has ended
         main()

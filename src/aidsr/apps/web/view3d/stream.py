@@ -1,4 +1,4 @@
-"""One view as the server has it: a player process while a browser watches, and its messages, forwarded."""
+"""The server's side of a view: a player process while a browser watches, whose messages are forwarded to browsers."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ from aidsr.validation.validator import Mount
 
 _LENGTH = struct.Struct(">Q")
 _MAX_MESSAGE = 128 * 2**20
-"""Of the facts on a model with large surfaces; a frame has some 10 KB."""
+"""Maximum size of a message in bytes, enough for the facts of a model with large surfaces; a frame has some 10 KB."""
 _MAX_EPISODE = 32 * 2**20
-"""Bytes of an episode when unpacked; one of a minute at 50 rows/s with 100 positions has 1 MiB."""
+"""Maximum size of an unpacked episode in bytes; one of a minute at 50 rows/s with 100 positions has 1 MiB."""
 _SILENCE_S = 180.0
-"""After which a player is given up: it speaks once a second, and is ended itself after 30 s of processor time, which
-take longer by the clock on a busy machine."""
+"""Time without a message after which a player is killed. A player sends a message every second, and the system kills it
+after 30 s of processor time, which take longer in wall-clock time on a busy machine."""
 _LINGER_S = 5.0
-"""How long a player keeps running unwatched: a reload must find the robot as it was left."""
+"""How long a player keeps running unwatched, so that a reloaded page finds the robot in the same state."""
 _FROM_BROWSER = frozenset(
     {"play", "pause", "reset", "seek", "speed", "ctrl", "live", "test", "episode", "look_back", "drag", "let_go"}
 )
@@ -47,14 +47,15 @@ _OPTIONAL = ("tension_n", "ctrl", "contacts", "progress", "holds")
 
 @dataclass(frozen=True, eq=False)
 class Episode:
-    """A recorded motion of what is shown.
+    """A recorded motion of the model that a view shows.
 
     Attributes:
-        name: For the person who chooses among them.
+        name: Name in the list of episodes.
         frame_s: Time between two rows [s].
-        arrays: `qpos`, (n_frames, nq), and what else is known; see `aidsr.learn.episodes.recording.record_rollout`.
-        mjcf: The scene with what the episode's variation moved or resized; empty where nothing visible differs.
-        ended: How it ended, in a word; empty where that is not known.
+        arrays: `qpos`, (n_frames, nq), and optional arrays; see `aidsr.learn.episodes.recording.record_rollout`.
+        mjcf: The scene with the elements that the episode's variation moved or resized; empty where nothing visible
+            differs.
+        ended: How the episode ended, in a word; empty where that is unknown.
     """
 
     name: str
@@ -65,10 +66,10 @@ class Episode:
 
     @classmethod
     def read(cls, file: Path | BinaryIO, name: str) -> Episode:
-        """Return an episode as training or a recording writes it, as an .npz file.
+        """Return an episode from an .npz file written by a training or a recording.
 
         Raises:
-            UserError: It is no such file.
+            UserError: The file is too large, or not a recorded episode.
         """
         title = file.name if isinstance(file, Path) else name
         try:
@@ -87,16 +88,17 @@ class Episode:
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """What a view shows.
+    """The robot or scene that a view shows, and what can be played or shown with it.
 
     Attributes:
         mjcf: Robot or scene, as text or as the path of its file.
-        mount: How a robot alone stands; see `aidsr.validation.validate`.
-        environment: MJCF whose physics hold for a robot alone, empty for its own.
+        mount: Mount of a robot shown alone; see `aidsr.validation.validate`.
+        environment: MJCF of the environment whose physics options apply to a robot shown alone; empty for the robot's
+            own options.
         groups: Actuators that act together, as the robot's author defines them.
         episodes: Recorded motions that can be played.
-        before: MJCF of an earlier state of it, which can be shown as a ghost; empty for none.
-        target: TOML of the goal, or marks of the task, whose target is shown as a ghost; empty for none.
+        before: MJCF of an earlier version, which can be shown as a ghost; empty for none.
+        target: TOML of the goal, or marks of the task, whose target can be shown as a ghost; empty for none.
     """
 
     mjcf: str | Path
@@ -109,11 +111,11 @@ class Model:
 
     @property
     def command(self) -> dict[str, Any]:
-        """What a player is to load.
+        """The command that loads this model into a player.
 
         Raises:
-            UserError: There is no such file.
-            MjcfError: The file is too large.
+            UserError: The MJCF file does not exist.
+            MjcfError: The MJCF file is too large.
         """
         wanted = self.target
         return {
@@ -128,7 +130,7 @@ class Model:
 
 
 class Watcher:
-    """What one browser has not been sent yet: of each kind the newest, so that a slow one misses frames, not facts."""
+    """Messages not yet sent to a browser: the newest of each kind, so that a slow browser misses frames, not facts."""
 
     def __init__(self, known: Mapping[Kind, bytes]) -> None:
         self._pending = dict(known)
@@ -137,12 +139,12 @@ class Watcher:
             self._news.set()
 
     def put(self, kind: Kind, message: bytes) -> None:
-        """Put a message in the place of an older one of its kind."""
+        """Add a message; it replaces an older one of its kind."""
         _replace(self._pending, kind, message)
         self._news.set()
 
     async def __aiter__(self) -> AsyncIterator[bytes]:
-        """Yield messages as they come, without end."""
+        """Yield messages as they arrive, without end."""
         while True:
             await self._news.wait()
             self._news.clear()
@@ -151,16 +153,17 @@ class Watcher:
 
 
 class SceneStream:
-    """A model in motion, for any number of browsers at once.
+    """A simulated model that any number of browsers watch at once.
 
-    The player runs only while a browser watches, and for some seconds after, and restarts when one connects again.
+    The player process runs only while a browser watches, and for some seconds after. It is started again when a browser
+    reconnects.
 
     Args:
-        model: What is shown.
-        linger_s: How long it keeps running unwatched [s].
+        model: The model to show.
+        linger_s: How long the player keeps running unwatched [s].
 
     Attributes:
-        id: By which a browser asks for it; cannot be guessed.
+        id: Random identifier with which a browser requests the stream; cannot be guessed.
     """
 
     def __init__(self, model: Model, *, linger_s: float = _LINGER_S) -> None:
@@ -176,17 +179,17 @@ class SceneStream:
 
     @property
     def runs(self) -> bool:
-        """Whether there is a player at work."""
+        """Whether a player process is running."""
         return self._process is not None and self._process.returncode is None
 
     @property
     def pid(self) -> int | None:
-        """Number of the player's process, None while there is none."""
+        """Process id of the player; None while none is running."""
         return self._process.pid if self._process is not None and self.runs else None
 
     @contextlib.asynccontextmanager
     async def watch(self) -> AsyncIterator[Watcher]:
-        """Watch for a while; the first who does starts the player."""
+        """Register a watcher for the duration of the context; the first one starts the player."""
         if self._leaving is not None:
             self._leaving.cancel()
             self._leaving = None
@@ -202,10 +205,10 @@ class SceneStream:
                 self._leaving = loop.call_later(self._linger_s, self._end)
 
     async def execute(self, command: object) -> None:
-        """Execute a command of a browser; a player that has ended is started again.
+        """Execute a command from a browser; a player that has ended is started again.
 
         Raises:
-            ValueError: Not a command that a browser may send.
+            ValueError: It is not a command that a browser may send.
         """
         if not isinstance(command, dict) or command.get("do") not in _FROM_BROWSER:
             raise ValueError(f"expected a command of a view, found {str(command)[:80]}")
@@ -215,7 +218,7 @@ class SceneStream:
         await self._send(command)
 
     def add(self, episode: Episode) -> int:
-        """Add a recorded motion, in place of one of the same name, and return its number."""
+        """Add an episode, or replace the one of the same name, and return its index."""
         for index, known in enumerate(self._episodes):
             if known.name == episode.name:
                 self._episodes[index] = episode
@@ -224,7 +227,7 @@ class SceneStream:
         return len(self._episodes) - 1
 
     def close(self) -> None:
-        """End the player for good; those who still watch see nothing more."""
+        """End the player; browsers that still watch get no more frames."""
         self._end()
 
     def _episode(self, index: object) -> dict[str, Any]:
@@ -246,7 +249,7 @@ class SceneStream:
                 return
             try:
                 load = self._model.command
-            except Exception as error:  # whatever keeps the file from being read is shown to those who want to see it
+            except Exception as error:  # any reason why the file cannot be read is shown in the view
                 self._broadcast(pack_json(Kind.STATE, {"trouble": f"This model cannot be shown: {error}"}))
                 return
             self._known.clear()
@@ -269,11 +272,11 @@ class SceneStream:
             return
         body = json.dumps(command).encode()
         pipe.write(_LENGTH.pack(len(body)) + body)
-        with contextlib.suppress(ConnectionError):  # it has ended; `_read` notifies the watchers
+        with contextlib.suppress(ConnectionError):  # the player has ended; `_read` notifies the watchers
             await pipe.drain()
 
     async def _read(self, process: asyncio.subprocess.Process, folder: Path) -> None:
-        """Pass on a player's messages until it ends, and report how it ended unless it was stopped on purpose."""
+        """Forward a player's messages until it ends, then report how it ended, unless it was stopped on purpose."""
         silent = False
         try:
             while True:
@@ -308,7 +311,7 @@ class SceneStream:
 def _replace(messages: dict[Kind, bytes], kind: Kind, message: bytes) -> None:
     messages.pop(kind, None)
     if kind == Kind.FACTS:
-        messages.pop(Kind.FRAME, None)  # of the model before
+        messages.pop(Kind.FRAME, None)  # it shows the previous model
     messages[kind] = message
 
 

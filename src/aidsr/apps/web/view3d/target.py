@@ -1,4 +1,4 @@
-"""Where a goal or a task wants things to be, as shapes of a ghost: a point, a region, a path, or bodies come there."""
+"""The target of a goal or a task as ghost shapes: a point, a region, a path, or bodies in their target poses."""
 
 from __future__ import annotations
 
@@ -26,34 +26,36 @@ from aidsr.tasks.mark import Mark
 
 Array = NDArray[np.float64]
 Wanted = str | Sequence[Mark]
-"""TOML of a goal, or what a task marks; empty for nothing."""
+"""TOML of a goal, or marks of a task; empty for no target."""
 
 _SMALLEST = 0.012
-"""Radius of a point or a line, as a share of the robot's length. Our choice: just seen."""
+"""Minimum radius of a point, and minimum diameter of a line, as a share of the robot's length. Our choice: just
+visible."""
 _ARROW = 0.25
-"""Length of a direction, as a share of the robot's length. Our choice."""
+"""Length of the line that shows a direction, as a share of the robot's length. Our choice."""
 _FEELERS = 400
-"""Angles at which a body on a hinge is looked at. Our choice: a degree of a full turn each way."""
+"""Number of angles tried for a body on a hinge, from 0 to half a turn in each direction. Our choice: steps of about
+half a degree."""
 _BODY, _SITE, _JOINT = mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_SITE, mujoco.mjtObj.mjOBJ_JOINT
 _GEOM = mujoco.mjtObj.mjOBJ_GEOM
 _SLIDE, _HINGE, _FREE = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_FREE
 
 
 class Target:
-    """Finds the target of a goal or of a task in a scene.
+    """Finder of the shapes that show the target of a goal or of a task in a scene.
 
     Args:
         model: The scene.
         data: Its initial state, with kinematics computed.
-        parts: Its shapes.
-        length_m: Length of the robot [m], to which marks are drawn.
+        parts: Shapes of the scene.
+        length_m: Length of the robot [m], to which the size of drawn marks is relative.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, parts: Parts, length_m: float) -> None:
         self._model, self._data, self._parts, self._length_m = model, data, parts, length_m
 
     def shapes(self, goal: Goal) -> list[dict[str, Any]]:
-        """Return shapes as `aidsr.apps.web.view3d.parts` lists them; none where the scene lacks what the goal names."""
+        """Return shapes as `aidsr.apps.web.view3d.parts` lists them; empty if the scene lacks what the goal names."""
         match goal:
             case Stages():
                 return [shape for stage in goal.stages for shape in self.shapes(stage)]
@@ -77,7 +79,7 @@ class Target:
         return []
 
     def marked(self, mark: Mark) -> list[dict[str, Any]]:
-        """Return the shapes of a task's mark; none where the scene lacks what it names."""
+        """Return the shapes of a task's mark; empty where the scene lacks the element that it names."""
         kind = {"geom": _GEOM, "site": _SITE, "joint": _JOINT}[mark.element]
         found = mujoco.mj_name2id(self._model, kind, mark.name)
         if found < 0:
@@ -127,7 +129,7 @@ class Target:
         return self._at(int(self._model.jnt_qposadr[joint]), math.radians(goal.by_deg))
 
     def _moved(self, target: str, direction: Sequence[float], distance_m: float) -> list[dict[str, Any]]:
-        """Return the shapes that move with a body when its centre of mass has come so far along a direction."""
+        """Return the shapes that move with a body, posed so that it has moved a distance [m] along a direction."""
         model, body = self._model, mujoco.mj_name2id(self._model, _BODY, target)
         carried = body
         while body > 0 and not model.body_jntnum[body]:
@@ -146,7 +148,7 @@ class Target:
         return []
 
     def _swung(self, at: int, body: int, way: Array, distance_m: float) -> list[dict[str, Any]]:
-        """Return the shapes at the least angle of a hinge at which a body has come so far."""
+        """Return the shapes at the smallest angle of a hinge at which a body's centre of mass has moved so far [m]."""
         for angle in np.linspace(0.0, math.pi, _FEELERS):
             for signed in (angle, -angle):
                 there = self._with(at, signed)
@@ -166,7 +168,7 @@ class Target:
         return [part | {"moves": False} for part in self._parts.facts if part["body"] == target]
 
     def _place(self, name: str) -> Array | None:
-        """Return where a site, or else the origin of a body, is [m]."""
+        """Return the position of a site, or else of the origin of a body [m]; None where the scene has neither."""
         for kind, places in ((_SITE, self._data.site_xpos), (_BODY, self._data.xpos)):
             found = mujoco.mj_name2id(self._model, kind, name)
             if found >= 0:
@@ -181,7 +183,7 @@ class Target:
         return there
 
     def _at(self, at: int | slice, change: float | Array) -> list[dict[str, Any]]:
-        """Return the shapes of the surroundings that are elsewhere once some positions have changed."""
+        """Return the shapes outside the robot that move when `change` is added to `qpos[at]`, in their new pose."""
         before, after = self._parts.poses(self._data), self._parts.poses(self._with(at, change))
         moving = [part for part in self._parts.facts if part["moves"]]
         return [
@@ -192,10 +194,10 @@ class Target:
 
 
 def target_facts(finder: Target, wanted: Wanted, facts: dict[str, Any]) -> dict[str, Any] | None:
-    """Return the ghost of a target as a viewer is sent it, None where there is nothing to be seen.
+    """Return the ghost of a target as it is sent to a viewer; None where nothing is visible.
 
     Raises:
-        UserError: The goal is none.
+        UserError: The goal is not valid.
     """
     if isinstance(wanted, str):
         shapes = finder.shapes(parse_goal(wanted))
@@ -227,7 +229,7 @@ def _unit(direction: Sequence[float]) -> Array:
 
 
 def _turned_to(z: Array) -> Array:
-    """Return a rotation matrix whose third column is a unit vector."""
+    """Return a rotation matrix whose third column is the unit vector `z`."""
     quat, matrix = np.zeros(4), np.zeros(9)
     mujoco.mju_quatZ2Vec(quat, z)
     mujoco.mju_quat2Mat(matrix, quat)

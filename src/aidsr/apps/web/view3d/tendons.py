@@ -1,4 +1,4 @@
-"""Tendons as MuJoCo routes them, and how hard each is pulled."""
+"""Tendons: their paths as MuJoCo routes them, and the data that a viewer needs to draw them."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from aidsr.sim.ownership import read_ownership
 from aidsr.sim.structure import name_of
 
 SEGMENT_NUMBERS = 8
-"""Of each piece of a tendon in a frame: its tendon, from (3), to (3), radius."""
+"""Count of numbers for each segment of a tendon in a frame: tendon id, start (3), end (3), radius."""
 
 _TENDON = int(mujoco.mjtObj.mjOBJ_TENDON)
 
 
 class TendonLines:
-    """Finds the straight pieces of all tendons; the work of `mjv_updateScene`, which knows how they wrap."""
+    """Finder of the straight segments of all tendons; it uses `mjv_updateScene`, which computes how they wrap."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self._model = model
@@ -34,11 +34,11 @@ class TendonLines:
         self._options.flags[mujoco.mjtVisFlag.mjVIS_TENDON] = True
 
     def begin_drag(self, data: mujoco.MjData, drag: mujoco.MjvPerturb) -> None:
-        """Take hold of a body: MuJoCo reads the strength of the spring from its mass and the size of the picture."""
+        """Start dragging a body: MuJoCo sets the strength of the spring from its mass and the size of the picture."""
         mujoco.mjv_initPerturb(self._model, data, self._scene, drag)
 
     def segments(self, data: mujoco.MjData) -> NDArray[np.float32]:
-        """Return the pieces in the current state, (n, 8): tendon, from, to, radius [m]."""
+        """Return the segments in the current state, (n, 8): tendon id, start [m], end [m], radius [m]."""
         if not self._model.ntendon:
             return np.zeros((0, SEGMENT_NUMBERS), np.float32)
         moving = mujoco.mjtCatBit.mjCAT_DYNAMIC
@@ -52,10 +52,10 @@ class TendonLines:
 
 
 def tendon_facts(model: mujoco.MjModel, looks: mujoco.MjModel, drives: Sequence[Drive]) -> list[dict[str, Any]]:
-    """Return name, colour and owner of each tendon, and the pull that shall look like full pull [N].
+    """Return name, colour and owner of each tendon, and the tension that is drawn with the strongest colour [N].
 
-    That is the hardest any actuator of the robot pulls where it rests, the same for all tendons, so that colours can be
-    compared.
+    That is the hardest pull of any actuator of the robot in its rest pose. It is the same for all tendons, so that
+    their colours can be compared.
     """
     hardest = [max(-drive.force_low_n, -drive.force_high_n, 0.0) for drive in drives if drive.on_tendon]
     full_n = max(hardest, default=0.0) or 1.0

@@ -1,4 +1,4 @@
-"""What is known of a motion over time, as tracks below a view: cables, commands, contacts, progress, and events."""
+"""Time series of a motion, shown as tracks below a view: cables, commands, contacts, progress, and events."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from aidsr.apps.web.view3d.motions import Array, Motion
 
 _MOST_POINTS = 600
-"""Of a line. Our choice: about as many as a screen has columns for it."""
+"""Maximum number of evenly spaced points of a line. Our choice: about one for each column of pixels."""
 _PEAK_NEWTON = 0.05
-"""Smaller peaks of contact are no event. Our choice: 5 g."""
+"""Contact is shown as an event only if its force exceeds this. Our choice: the weight of 5 g."""
 
 
 def tracks_of(motion: Motion, facts: dict[str, Any]) -> dict[str, Any]:
@@ -22,7 +22,7 @@ def tracks_of(motion: Motion, facts: dict[str, Any]) -> dict[str, Any]:
 
     Args:
         motion: The motion.
-        facts: Of its model, as a viewer is sent them.
+        facts: Data of its model, as sent to a viewer.
     """
     frames = len(motion.qpos)
     contact_n = _contact_n(motion)
@@ -50,19 +50,19 @@ def tracks_of(motion: Motion, facts: dict[str, Any]) -> dict[str, Any]:
 
 
 def _shown(frames: int, hardest: Sequence[Array]) -> NDArray[np.intp]:
-    """Return the frames that are drawn: evenly spaced, and between them the peaks, so that no short one is left out."""
+    """Return the indices of drawn frames: evenly spaced, plus the peaks between them, so that no short peak is lost."""
     edges = np.unique(np.linspace(0, frames - 1, min(frames, _MOST_POINTS)).round().astype(int))
     peaks = [start + int(values[start:end].argmax()) for values in hardest for start, end in itertools.pairwise(edges)]
     return np.unique(np.concatenate([edges, np.array(peaks, int)]))
 
 
 def _hardest_n(motion: Motion) -> Array | None:
-    """Return the hardest pull of any tendon in each frame, None where there is none [N]."""
+    """Return the highest tension of any tendon in each frame [N]; None where it is unknown or there is no tendon."""
     return None if motion.tension_n is None or not motion.tension_n.size else motion.tension_n.max(axis=1)
 
 
 def _contact_n(motion: Motion) -> Array | None:
-    """Return the sum of the sizes of all contact forces in each frame, None where they are not known [N]."""
+    """Return the sum of the magnitudes of all contact forces in each frame [N]; None where they are unknown."""
     if motion.contacts is None:
         return None
     at, size = motion.contacts[:, 0].astype(int), np.linalg.norm(motion.contacts[:, 4:], axis=1)
@@ -70,7 +70,7 @@ def _contact_n(motion: Motion) -> Array | None:
 
 
 def _commands(ctrl: Array, controls: Sequence[dict[str, Any]]) -> Iterator[tuple[str, Array]]:
-    """Yield the robot's commands as shares of their range [%]: 0 lets go, 100 pulls."""
+    """Yield name and commands of each of the robot's controls, as shares of its range [%]: 0 releases, 100 pulls."""
     for control in controls:
         if control["robot"]:
             span = control["pull"] - control["release"] or 1.0
@@ -104,7 +104,7 @@ def _event(motion: Motion, frame: int, label: str) -> dict[str, Any]:
 
 
 def _spans(motion: Motion, values: Array | None) -> list[list[float]]:
-    """Return when values are above zero, as beginnings and ends [s]."""
+    """Return the intervals in which values are above zero, each as start and end [s]."""
     if values is None:
         return []
     edges = np.flatnonzero(np.diff(np.concatenate([[0], values > 0, [0]]).astype(int)))

@@ -1,7 +1,7 @@
-"""The robot families of the built-in team: six of ours, one file each, and those of other packages.
+"""The robot families of the built-in team: six built-in ones, one file each, and those of other packages.
 
-A package adds a family through the entry-point group "aidsr.families": the entry's name is the family's, its value the
-`Family` record.
+A package adds a family through the entry-point group "aidsr.families": the entry's name is the name of the family, its
+value is the `Family` record.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ __all__ = [
 ]
 
 Families = Mapping[str, Family[Any]]
-"""By name."""
+"""Families by name."""
 
 BUILT_IN: Families = {family.name: family for family in (ARM, TENTACLE, GRIPPER, CRAWLER, WORM, RING)}
 
@@ -65,7 +65,7 @@ def variants_for(kind: JobKindName, families: Families) -> dict[str, tuple[str, 
 
 
 def preferred_family(kind: JobKindName, objective: str, families: Families) -> tuple[str, str] | None:
-    """Return the family to propose first, and why; None where no family is known to be better than the others."""
+    """Return the family to propose first, and why; None if no family is known to be better than the others."""
     matching = [
         (preference.rank, name, preference.because)
         for name, family in families.items()

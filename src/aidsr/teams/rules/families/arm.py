@@ -24,7 +24,7 @@ _SECTION_NAMES = {1: ("arm",), 2: ("proximal", "distal"), 3: ("proximal", "middl
 
 
 class ArmParameters(Parameters):
-    """Numbers that fix an arm."""
+    """Parameters of an arm."""
 
     length_m: Annotated[float, Field(ge=0.1, le=0.8), Is("length")]
     sections: Annotated[int, Field(ge=1, le=3), Is("count")]
@@ -37,7 +37,7 @@ class ArmParameters(Parameters):
     density_kg_m3: Annotated[float, Field(ge=200.0, le=2000.0), Is("density")]
     pad_radius_m: Annotated[float, Field(ge=0.004, le=0.04)]
     hook_m: Annotated[float, Field(ge=0.0, le=0.08)] = 0.0
-    """Length of a hook at the tip, across the backbone; 0 for a rounded pad."""
+    """Length of a hook at the tip, across the backbone; 0 for a round pad."""
 
 
 _SHAPES = {
@@ -47,7 +47,8 @@ _SHAPES = {
     "three sections, four cables": (3, 5, 4),
     "hook": (2, 6, 3),
 }
-"""Sections, segments a section and cables a section of each variant; 12 to 15 segments keep a bend below 0.35 rad."""
+"""Number of sections, of segments per section and of cables per section of each variant; with 12 to 15 segments a joint
+bends by less than 0.35 rad."""
 
 _FULL_BEND_RAD = {
     "two sections": 2.3,
@@ -56,22 +57,23 @@ _FULL_BEND_RAD = {
     "three sections, four cables": 1.8,
     "hook": 1.0,
 }
-"""Bend of one section at full tension. Our choice: well past a quarter turn for the whole arm, short of the segments'
-stops; a hook is carried by a stiff arm that hardly sags."""
+"""Bend of one section at full tension [rad]. Our choice: well over a quarter turn for the whole arm, below the limits
+of the joints; a hook needs a stiff arm that hardly sags."""
 
 
 _LONG_TENSION = 1.7
-"""An arm that lies along something is twice as long, and sags unless it is stiffer and pulled harder. Our choice: with
-1.5 times the tension and stiffness arms of 0.44 m no longer collapse in the validator, with 1.7 those of 0.5 m."""
+"""Factor on the tension of an arm that lies along something: it is twice as long, and sags unless it is stiffer and
+pulled harder. Our choice: with 1.5 times the tension and stiffness arms of 0.44 m no longer collapse in the validator,
+with 1.7 times those of 0.5 m."""
 
 
 _HOOK_RANGE_M = (0.018, 0.022)
-"""Length of a hook. Our choice: it holds a bar of 12 mm and still comes off it. With hooks of 28 to 34 mm policies
-stayed caught behind the first handle they had pushed shut."""
+"""Range of the length of a hook [m]. Our choice: it holds a bar of 12 mm and still comes off it. With hooks of 28 to
+34 mm, policies got stuck behind the first handle that they had pushed shut."""
 
 
 def size(job: Job, rng: np.random.Generator, variant: str) -> ArmParameters:
-    """Choose an arm that reaches the target with a third to spare."""
+    """Choose the parameters of an arm that reaches the target, see `reach_length`."""
     sections, per_section, cables = _SHAPES[variant]
     length = reach_length(job, rng) - (HOOK_SHAFT_M + HOOK_RADIUS_M if variant == "hook" else 0.0)
     count = sections * per_section
@@ -120,7 +122,7 @@ def write(parameters: ArmParameters) -> Robot:
 
 
 def _cables(p: ArmParameters) -> list[Cable]:
-    """Cables of all sections; a section's cables run on through the guides of those before it, turned between them."""
+    """Return the cables of all sections; those of a section run along the sections before it, between their cables."""
     cables = []
     turn = 360.0 / (p.cables_per_section * p.sections)
     for section, name in enumerate(_SECTION_NAMES[p.sections]):
@@ -133,7 +135,7 @@ def _cables(p: ArmParameters) -> list[Cable]:
 
 
 def describe(p: ArmParameters, job: Job) -> Description:
-    """Say in words what the numbers mean."""
+    """Describe the parameters in words."""
     del job
     offset = p.radius_m + GUIDE_CLEARANCE_M
     bend = beam.cable_bending(p.tension_n, offset, p.length_m / p.sections, p.bending_stiffness_n_m2)
@@ -161,7 +163,7 @@ def describe(p: ArmParameters, job: Job) -> Description:
 
 
 def reinforce(p: ArmParameters) -> ArmParameters:
-    """A slightly thicker arm with a stiffer backbone and more damping, its tension raised in step."""
+    """Return the parameters of an arm with a stiffer backbone, more damping and more tension."""
     return p.model_copy(
         update={
             "tension_n": round(min(p.tension_n * 1.1, 60.0), 1),
@@ -173,7 +175,7 @@ def reinforce(p: ArmParameters) -> ArmParameters:
 
 
 def orient(job: Job, parameters: Mapping[str, Any]) -> Orientation:
-    """Lean away from a target straight in front."""
+    """Return the rotation of an arm on its mount: it leans away from a target straight in front."""
     return lean_aside(job, parameters.get("length_m", 0.0))
 
 

@@ -20,14 +20,14 @@ from aidsr.teams.rules.sizing import bending_stiffness, damping_time, rod
 
 
 class CrawlerParameters(Parameters):
-    """Numbers that fix a crawler."""
+    """Parameters of a crawler."""
 
     legs: Annotated[int, Field(ge=4, le=6), Is("count")]
     leg_length_m: Annotated[float, Field(ge=0.03, le=0.2), Is("length")]
     segments: Annotated[int, Field(ge=3, le=8)]
     radius_m: Annotated[float, Field(ge=0.003, le=0.015), Is("thickness")]
     lean_rad: Annotated[float, Field(ge=0.0, le=1.0)]
-    """How far the legs lean outwards from straight down."""
+    """Angle by which the legs lean outwards from straight down."""
     trunk_length_m: Annotated[float, Field(ge=0.04, le=0.4)]
     trunk_width_m: Annotated[float, Field(ge=0.02, le=0.2), Is("width")]
     trunk_mass_kg: Annotated[float, Field(ge=0.02, le=0.5), Is("mass")]
@@ -38,19 +38,19 @@ class CrawlerParameters(Parameters):
     density_kg_m3: Annotated[float, Field(ge=200.0, le=2000.0), Is("density")]
 
     def count_step(self, name: str) -> int:
-        """See `Parameters`: legs come in pairs."""
+        """Return the step of a number of parts, see `Parameters`: legs come in pairs."""
         return 2 if name == "legs" else 1
 
 
 _SHAPES = {"four legs": (4, 3), "six legs": (6, 2), "four legs, two cables": (4, 2)}
-"""Legs and cables a leg."""
+"""Number of legs, and of cables per leg, of each variant."""
 
 _FULL_BEND_RAD = 1.2
 _CABLES = {2: (("front", 65.0), ("back", -65.0)), 3: (("front", 110.0), ("back", -110.0), ("lift", 0.0))}
-"""Cables of a leg and where they run, from its outer side towards the front."""
+"""Cables of a leg by their number: names, and positions around the leg, from its outer side towards the front [deg]."""
 
 _HEIGHT_M = 0.014
-"""Half height of the trunk. Our choice: a row of micro winches."""
+"""Half height of the trunk [m]. Our choice: a row of micro winches."""
 
 
 def _foot_radius(p: CrawlerParameters) -> float:
@@ -58,12 +58,15 @@ def _foot_radius(p: CrawlerParameters) -> float:
 
 
 def rest_height(p: CrawlerParameters) -> float:
-    """Height of the trunk's middle above the ground when all feet stand and no leg bends [m]."""
+    """Return the height of the trunk's middle above the ground when all feet stand and no leg bends [m]."""
     return p.leg_length_m * math.cos(p.lean_rad) + _foot_radius(p)
 
 
 def size(job: Job, rng: np.random.Generator, variant: str) -> CrawlerParameters:
-    """Choose legs that carry the trunk with a bend of a few degrees and lift their own feet."""
+    """Choose the parameters of a crawler whose legs lift their own feet, and carry the trunk almost without bending.
+
+    Under the trunk's weight they bend by a few degrees.
+    """
     del job
     legs, cables = _SHAPES[variant]
     length = float(rng.uniform(0.068, 0.084))
@@ -89,7 +92,7 @@ def size(job: Job, rng: np.random.Generator, variant: str) -> CrawlerParameters:
 
 
 def feet(p: CrawlerParameters) -> list[tuple[str, float, int]]:
-    """Return each leg's name, its place along the trunk [m] and its side (1 left, -1 right)."""
+    """Return each leg's name, its position along the trunk [m] and its side (1 left, -1 right)."""
     rows = p.legs // 2
     names = ("front", "rear") if rows == 2 else ("front", "middle", "rear")
     half = p.trunk_length_m / 2.0 - p.radius_m
@@ -102,7 +105,7 @@ def feet(p: CrawlerParameters) -> list[tuple[str, float, int]]:
 
 
 def write(p: CrawlerParameters) -> Robot:
-    """Write a crawler as MJCF; it stands at its resting height and looks along +x."""
+    """Write a crawler as MJCF; it stands at its resting height and faces +x."""
     about = f"Crawler on {p.legs} soft legs of {p.leg_length_m:g} m, driven by cables. Built-in rules, SI units."
     builder = MjcfBuilder("crawler", about, p.variation)
     trunk = add(builder.worldbody, "body", name="trunk", pos=(0.0, 0.0, rest_height(p)))
@@ -141,7 +144,7 @@ def write(p: CrawlerParameters) -> Robot:
 def _write_leg(
     builder: MjcfBuilder, trunk: etree._Element, p: CrawlerParameters, name: str, along: float, side: int
 ) -> Backbone:
-    """Write one leg: its z axis leads down and outwards, its x axis outwards and up."""
+    """Write one leg: its z axis points down and outwards, its x axis outwards and up."""
     lean, drop = math.sin(p.lean_rad), math.cos(p.lean_rad)
     outwards = (0.0, side * drop, lean)
     root = add(
@@ -158,7 +161,11 @@ def _write_leg(
 
 
 def groups(p: CrawlerParameters) -> tuple[ActuatorGroup, ...]:
-    """Return which winches act together: with six legs those of one tripod on one side, so that it can still steer."""
+    """Return the groups of winches that act together.
+
+    With six legs these are the winches of one tripod on one side, so that the crawler can still steer; with four legs
+    there are no groups.
+    """
     if p.legs != 6:
         return ()
     sets = {
@@ -175,7 +182,7 @@ def groups(p: CrawlerParameters) -> tuple[ActuatorGroup, ...]:
 
 
 def describe(p: CrawlerParameters, job: Job) -> Description:
-    """Say in words what the numbers mean."""
+    """Describe the parameters in words."""
     del job
     lift = p.leg_length_m * (1.0 - math.sin(_FULL_BEND_RAD) / _FULL_BEND_RAD)
     pulls = "one lifts it forward, one lifts it back, both lift it high."
@@ -200,7 +207,7 @@ def describe(p: CrawlerParameters, job: Job) -> Description:
 
 
 def reinforce(p: CrawlerParameters) -> CrawlerParameters:
-    """Stiffer legs with more damping, tension raised in step."""
+    """Return the parameters of a crawler with stiffer legs, more damping and more tension."""
     return p.model_copy(
         update={
             "tension_n": round(min(p.tension_n * 1.1, 40.0), 1),

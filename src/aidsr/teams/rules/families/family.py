@@ -1,4 +1,4 @@
-"""What a family of robots is: one record with the jobs it suits, how it is sized, written, described and mounted.
+"""The record of a family of robots: the jobs it suits, and how it is sized, written, described and mounted.
 
 docs/add_a_family.md has a worked example.
 """
@@ -19,24 +19,24 @@ from aidsr.teams.rules.orientation import STRAIGHT, Orientation
 Quantity = Literal[
     "length", "stiffness", "tension", "thickness", "width", "tip width", "damping", "density", "mass", "count"
 ]
-"""What feedback in plain words can change: "longer", "stiffer", "lighter", "more legs" ..."""
+"""Quantities that feedback in plain words can change: "longer", "stiffer", "lighter", "more legs" ..."""
 
 
 @dataclass(frozen=True)
 class Is:
-    """Annotates a parameter with the quantity it is, so that feedback finds it."""
+    """Annotation of a parameter with its quantity, by which feedback finds the parameter."""
 
     quantity: Quantity
 
 
 class Parameters(Artifact):
-    """Numbers that fix a robot of a family, SI units in their names; each field gives its range."""
+    """Parameters of a robot of a family, with SI units in their names; each field gives its range."""
 
     variation: int = 0
     """How often the Coder ran out of repairs and reinforced the robot."""
 
     def count_step(self, name: str) -> int:
-        """Return by how much "more" or "fewer" changes a number of parts, such as `fingers`."""
+        """Return the step by which "more" or "fewer" changes a number of parts, such as `fingers`."""
         del name
         return 1
 
@@ -49,11 +49,11 @@ class Preference:
     """A reason to propose a family before the others that suit a job."""
 
     words: str
-    """Pattern of beginnings of words in the objective; empty for any objective."""
+    """Regular expression of word beginnings in the objective; empty for any objective."""
     because: str
-    """Why, as a clause that concepts quote."""
+    """Reason, as a clause that concepts quote."""
     rank: int = 100
-    """Where several preferences match, the lowest rank counts."""
+    """Rank of the preference; if several match, the lowest rank counts."""
 
 
 @dataclass(frozen=True)
@@ -61,9 +61,9 @@ class Suits:
     """How a family suits one kind of job."""
 
     variants: tuple[str, ...]
-    """Ways to build it that differ in kind, not only in numbers."""
+    """Variants of the family that differ in kind, not only in numbers."""
     rank: int = 100
-    """Place among the families of the job before chance orders them; keeps the designs of a seed the same."""
+    """Position among the families of the job before they are shuffled; it keeps the designs of a seed the same."""
     preferred: tuple[Preference, ...] = ()
 
 
@@ -90,20 +90,22 @@ class Family(Generic[P]):
     name: str
     """Value of `Concept.family`, one word."""
     doc: str
-    """What it is, in a sentence."""
+    """Description of the family in one sentence."""
     jobs: Mapping[JobKindName, Suits]
     """Kinds of job it suits."""
     parameters: type[P]
     size: Callable[[Job, np.random.Generator, str], P]
-    """Chooses the parameters of a variant for a job; the same generator state gives the same parameters."""
+    """Function that chooses the parameters of a variant for a job; they depend only on the arguments and the state of
+    the generator."""
     write: Callable[[P], Robot]
-    """Writes the robot: MJCF, functional part and groups of actuators that act together."""
+    """Function that writes the robot: MJCF, functional part and groups of actuators that act together."""
     describe: Callable[[P, Job], Description]
-    """Says in words what the numbers mean."""
+    """Function that describes the parameters in words."""
     reinforce: Callable[[P], P]
-    """Returns the parameters of a stiffer, calmer robot, for faults that no repair is known for."""
+    """Function that returns the parameters of a stiffer, more damped robot, for faults without a known repair."""
     orient: Callable[[Job, Mapping[str, Any]], Orientation] = straight
-    """Says how the robot is turned on its mount, from `Concept.parameters`; other designers may leave these empty."""
+    """Function that returns the robot's rotation on its mount from `Concept.parameters`, which other Designers may
+    leave empty."""
 
     @property
     def variants(self) -> tuple[str, ...]:
@@ -111,7 +113,7 @@ class Family(Generic[P]):
         return tuple(dict.fromkeys(variant for suits in self.jobs.values() for variant in suits.variants))
 
     def read(self, concept: Concept) -> P:
-        """Return the parameters that a concept fixes."""
+        """Return the parameters in a concept."""
         return self.parameters.model_validate(concept.parameters)
 
     def write_concept(self, concept: Concept) -> Robot:
@@ -119,7 +121,7 @@ class Family(Generic[P]):
         return self.write(self.read(concept))
 
     def concept(self, parameters: P, job: Job, interpretation: str = "") -> Concept:
-        """Return the concept that parameters stand for, in words made from its numbers."""
+        """Return the concept of parameters, with texts that describe them."""
         description, robot = self.describe(parameters, job), self.write(parameters)
         return Concept(
             name=description.name,

@@ -22,7 +22,7 @@ from aidsr.teams.rules.sizing import bending_stiffness, damping_time, rod
 
 
 class GripperParameters(Parameters):
-    """Numbers that fix a gripper."""
+    """Parameters of a gripper."""
 
     fingers: Annotated[int, Field(ge=2, le=6), Is("count")]
     opposed: Annotated[int, Field(ge=0, le=1)]
@@ -42,7 +42,7 @@ class GripperParameters(Parameters):
     density_kg_m3: Annotated[float, Field(ge=200.0, le=2000.0), Is("density")]
 
     def count_step(self, name: str) -> int:
-        """See `Parameters`: fingers in facing rows come in pairs."""
+        """Return the step of a number of parts, see `Parameters`: fingers in facing rows come in pairs."""
         return 2 if name == "fingers" and self.opposed else 1
 
 
@@ -53,30 +53,33 @@ _SHAPES = {
     "five fingers": (5, 0),
     "pincer": (2, 1),
 }
-"""Fingers and whether they face each other in two rows."""
+"""Number of fingers, and whether they face each other in two rows, of each variant."""
 
 _PAD_SHARE = {2: 0.8, 3: 0.45, 4: 0.25, 5: 0.0, 6: 0.0}
-"""Half width of the fingertips as a share of the object's. Our choice: fewer fingers need wider tips, or a ball slips
-out between them."""
+"""Half width of the fingertips as a share of the object's half width, by number of fingers. Our choice: fewer fingers
+need wider tips, otherwise a ball slips out between them."""
 
 _FULL_CURL_RAD = 3.4
-"""Curl of a free finger at full tension. Our choice: enough to close on the smallest object from an open stance."""
+"""Curl of a free finger at full tension [rad]. Our choice: enough to close on the smallest object from fully open."""
 
 _CLOSING_SHARE = 12.0
 """Closing tension of one of three fingers [N]. Source: three fingers at 8 N held 440 g (docs/physics.md)."""
 
 _DEFAULT_HALF_WIDTH_M = 0.03
 _CLEARANCE_M = 0.015
-"""Sideways play the open fingers leave around the object. Our choice: the placement error of the grasping tasks."""
+"""Sideways gap between the open fingers and the object [m]. Our choice: the placement error of the grasping tasks."""
 
 _FLOOR_CLEARANCE_M = 0.012
-"""Gap between fingertips and the table. Our choice: room for the tips to swing through."""
+"""Gap between fingertips and the table [m]. Our choice: room for the tips to swing through."""
 
 _START_GAP_M = 0.02
 
 
 def size(job: Job, rng: np.random.Generator, variant: str) -> GripperParameters:
-    """Choose fingers that open around the object and end just below its middle when the mount is nearest."""
+    """Choose the parameters of a gripper for the object.
+
+    Its fingers open around the object and end just below its middle when the mount is nearest.
+    """
     fingers, opposed = _SHAPES[variant]
     half = float(np.clip(job.target.half_width_m if job.target else _DEFAULT_HALF_WIDTH_M, 0.012, 0.06))
     length = float(np.clip(2.0 * half + rng.uniform(0.012, 0.02), 0.06, 0.2))
@@ -108,11 +111,11 @@ def size(job: Job, rng: np.random.Generator, variant: str) -> GripperParameters:
 
 
 def _wrist(job: Job, half_width_m: float, finger_reach_m: float) -> float:
-    """Length of the post between mount and palm, so that the fingertips come to the object's lower half [m]."""
+    """Return the length of the post between mount and palm [m]; the fingertips then reach the object's lower half."""
     if job.target is None:
         return 0.05
     if job.kind == "pull" and job.approach_m > 0:
-        # Clear of the handle at the start: the mount drives the open fingers around it.
+        # The fingers start clear of the handle: the mount moves them, opened, around it.
         return float(np.clip(job.target.along_m - half_width_m - _START_GAP_M - finger_reach_m, 0.02, 0.4))
     if job.kind == "pull":
         return float(np.clip(job.target.along_m - 0.6 * finger_reach_m, 0.02, 0.4))
@@ -121,7 +124,7 @@ def _wrist(job: Job, half_width_m: float, finger_reach_m: float) -> float:
 
 
 def stances(p: GripperParameters) -> list[tuple[float, float, float]]:
-    """Return each finger's foot on the palm (x, y) [m] and the direction it faces away from the middle [rad]."""
+    """Return the position of each finger on the palm (x, y) [m] and its direction away from the middle [rad]."""
     if not p.opposed:
         angles = [2.0 * math.pi * number / p.fingers for number in range(p.fingers)]
         return [(p.palm_radius_m * math.cos(angle), p.palm_radius_m * math.sin(angle), angle) for angle in angles]
@@ -138,7 +141,7 @@ def write(p: GripperParameters) -> Robot:
     _write_palm(palm, p)
     backbones = [_write_finger(builder, palm, p, number, stance) for number, stance in enumerate(stances(p), start=1)]
     for first in range(1, p.fingers + 1):
-        # The feet of the fingers may be closer together than the skin of a bent first segment.
+        # The roots of the fingers may be closer together than the skin of a bent first segment.
         builder.exclude("palm", f"finger{first}_seg01")
     for number, backbone in enumerate(backbones, start=1):
         route_cable(builder, backbone, Cable(f"tendon_close_{number}", 0.0, p.segments, p.closing_n))
@@ -180,7 +183,7 @@ def _write_palm(palm: etree._Element, p: GripperParameters) -> None:
 def _write_finger(
     builder: MjcfBuilder, palm: etree._Element, p: GripperParameters, number: int, stance: tuple[float, float, float]
 ) -> Backbone:
-    """Write one finger: its x axis points to the middle of the palm, its z axis leans outwards by the splay."""
+    """Write one finger: its x axis points to the middle of the palm, its z axis leans outwards by the splay angle."""
     x, y, away = stance
     lean, rise = math.sin(p.splay_rad), math.cos(p.splay_rad)
     inwards = (-math.cos(away) * rise, -math.sin(away) * rise, lean)
@@ -200,7 +203,11 @@ def _write_finger(
 
 
 def groups(p: GripperParameters) -> tuple[ActuatorGroup, ...]:
-    """Return which winches act together: all opening, and closing by pairs of facing fingers where there are pairs."""
+    """Return the groups of winches that act together: all opening ones, and the closing ones in one or two groups.
+
+    The closing ones are grouped by pairs of opposite fingers with four fingers around the palm, and by rows with facing
+    rows.
+    """
     numbers = range(1, p.fingers + 1)
     opening = ActuatorGroup(name="open", actuators=tuple(f"pull_open_{number}" for number in numbers))
     half = p.fingers // 2
@@ -216,7 +223,7 @@ def groups(p: GripperParameters) -> tuple[ActuatorGroup, ...]:
 
 
 def describe(p: GripperParameters, job: Job) -> Description:
-    """Say in words what the numbers mean."""
+    """Describe the parameters in words."""
     low, high = beam.tip_force_range(p.closing_n, p.radius_m + GUIDE_CLEARANCE_M, p.finger_length_m)
     held = f"what is {mm(2 * job.target.half_width_m)} wide" if job.target else "what is about 60 mm wide"
     opening = 2 * (p.palm_radius_m + p.finger_length_m * math.sin(p.splay_rad))
@@ -242,7 +249,7 @@ def describe(p: GripperParameters, job: Job) -> Description:
 
 
 def reinforce(p: GripperParameters) -> GripperParameters:
-    """Stiffer fingers with more damping, tensions raised in step."""
+    """Return the parameters of a gripper with stiffer fingers, more damping and more tension."""
     return p.model_copy(
         update={
             "closing_n": round(min(p.closing_n * 1.15, 30.0), 1),

@@ -19,7 +19,7 @@ from aidsr.teams.rules.sizing import bending_stiffness, damping_time, rod
 
 
 class RingParameters(Parameters):
-    """Numbers that fix a ring."""
+    """Parameters of a ring."""
 
     radius_m: Annotated[float, Field(ge=0.015, le=0.2), Is("thickness")]
     sectors: Annotated[int, Field(ge=3, le=6), Is("count")]
@@ -27,7 +27,7 @@ class RingParameters(Parameters):
     half_width_m: Annotated[float, Field(ge=0.015, le=0.12), Is("width")]
     thickness_m: Annotated[float, Field(ge=0.006, le=0.04), Is("thickness")]
     tread_mass_kg: Annotated[float, Field(ge=0.002, le=0.05), Is("mass")]
-    """Mass of one of the cross bars it rolls on."""
+    """Mass of one of the cross bars on which the ring rolls."""
     tension_n: Annotated[float, Field(ge=2.0, le=60.0), Is("tension")]
     bending_stiffness_n_m2: Annotated[float, Field(gt=0.0), Is("stiffness")]
     damping_time_s: Annotated[float, Field(ge=0.01, le=0.2), Is("damping")]
@@ -35,23 +35,23 @@ class RingParameters(Parameters):
 
 
 _SHAPES = {"four sectors": (4, 4), "five sectors": (5, 3), "six sectors": (6, 3)}
-"""Sectors and segments a sector."""
+"""Number of sectors, and of segments per sector, of each variant."""
 
 _SMALL = {"small, four sectors": (4, 2), "small, five sectors": (5, 2)}
-"""The same for rings that roll under something; more segments than two would touch each other when a sector curls."""
+"""The same for rings that roll under something; more than two segments would touch each other when a sector curls."""
 
 _LOW = 0.8
-"""Share of the headroom that a small ring is high. Our choice: the egg it makes of itself is a tenth higher."""
+"""Height of a small ring as a share of the headroom. Our choice: the egg shape that it takes is a tenth higher."""
 
 _LOWEST_M = 0.055
-"""Height of the smallest ring. Our choice: its segments are then as long as its cross bars are thick."""
+"""Height of the smallest ring [m]. Our choice: its segments are then as long as its cross bars are thick."""
 
 _FULL_BEND_RAD = 1.3
-"""Bend of one sector at full tension, were it free. Our choice: it pulls the ring into a clear egg shape."""
+"""Bend of one sector at full tension if it were free [rad]. Our choice: it pulls the ring into a clear egg shape."""
 
 
 def size(job: Job, rng: np.random.Generator, variant: str) -> RingParameters:
-    """Choose a ring that keeps its shape under its own weight and loses it under its cables."""
+    """Choose the parameters of a ring that keeps its shape under its own weight and is deformed by its cables."""
     small = variant in _SMALL
     sectors, per_sector = (_SMALL if small else _SHAPES)[variant]
     radius, thickness = _small_size(job, rng) if small else (rng.uniform(0.075, 0.095), rng.uniform(0.012, 0.014))
@@ -76,14 +76,14 @@ def size(job: Job, rng: np.random.Generator, variant: str) -> RingParameters:
 
 
 def _small_size(job: Job, rng: np.random.Generator) -> tuple[float, float]:
-    """Choose the radius and thickness of a ring that rolls under what it has to get under [m]."""
+    """Choose the radius and the thickness of a ring that fits under the lowest obstacle [m]."""
     thickness = rng.uniform(0.006, 0.007)
     height = max(min(_LOW * job.headroom_m, rng.uniform(0.076, 0.084)), _LOWEST_M)
     return height / 2.0 - thickness / 2.0 - GUIDE_CLEARANCE_M, thickness
 
 
 def tread_radius(p: RingParameters) -> float:
-    """Radius of the cross bars, thicker than the rim so that it rolls on them alone [m]."""
+    """Return the radius of the cross bars [m]; they are thicker than the rim, so that the ring rolls on them alone."""
     return p.thickness_m / 2.0 + GUIDE_CLEARANCE_M
 
 
@@ -116,12 +116,12 @@ def write(p: RingParameters) -> Robot:
 
 
 def _side(radius_m: float, count: int) -> float:
-    """Side of a regular polygon around a circle of this radius [m]."""
+    """Return the side of a regular polygon with `count` corners around a circle of this radius [m]."""
     return 2.0 * radius_m * math.tan(math.pi / count)
 
 
 def _close(builder: MjcfBuilder, last: str) -> None:
-    """Join the last link to the first one."""
+    """Close the loop: join the last link to the first one by a weld."""
     builder.exclude("rim_start", last)
     add(
         builder.equality,
@@ -135,7 +135,7 @@ def _close(builder: MjcfBuilder, last: str) -> None:
 
 
 def _write_treads(backbone: Backbone, p: RingParameters) -> None:
-    """Add a cross bar in the middle of every link; the root carries the first one, the last link half of it."""
+    """Add a cross bar in the middle of every link; the first one is on the root, where the last link ends the loop."""
     half_side = backbone.chain.segments[0].length_m / 2.0
     for number, link in enumerate(backbone.links[:-1]):
         at = half_side if number else 0.0
@@ -155,7 +155,7 @@ def _write_treads(backbone: Backbone, p: RingParameters) -> None:
 
 
 def describe(p: RingParameters, job: Job) -> Description:
-    """Say in words what the numbers mean."""
+    """Describe the parameters in words."""
     del job
     count = p.sectors * p.segments_per_sector
     return Description(
@@ -177,7 +177,7 @@ def describe(p: RingParameters, job: Job) -> Description:
 
 
 def reinforce(p: RingParameters) -> RingParameters:
-    """A stiffer, wider ring with more damping, its tension raised in step."""
+    """Return the parameters of a stiffer, wider ring with more damping and more tension."""
     return p.model_copy(
         update={
             "tension_n": round(min(p.tension_n * 1.1, 60.0), 1),

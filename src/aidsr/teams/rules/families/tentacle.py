@@ -23,7 +23,7 @@ from aidsr.teams.rules.sizing import damping_time, reach_length, rod
 
 
 class TentacleParameters(Parameters):
-    """Numbers that fix a tentacle."""
+    """Parameters of a tentacle."""
 
     length_m: Annotated[float, Field(ge=0.1, le=0.8), Is("length")]
     segments: Annotated[int, Field(ge=8, le=20)]
@@ -32,10 +32,10 @@ class TentacleParameters(Parameters):
     cables: Annotated[int, Field(ge=2, le=3)]
     """2: curls in one plane; 3: bends to every side."""
     short_cables: Annotated[int, Field(ge=0, le=3)] = 0
-    """Further cables that end half way, so that base and tip bend apart."""
+    """Number of further cables that end half way, so that base and tip bend independently."""
     tension_n: Annotated[float, Field(ge=2.0, le=60.0), Is("tension")]
     bending_stiffness_n_m2: Annotated[float, Field(gt=0.0), Is("stiffness")]
-    """At the base; it falls with the square of the radius, so that the tip curls tighter."""
+    """Bending stiffness at the base; it falls with the square of the radius, so that the tip curls tighter."""
     damping_time_s: Annotated[float, Field(ge=0.01, le=0.2), Is("damping")]
     density_kg_m3: Annotated[float, Field(ge=200.0, le=2000.0), Is("density")]
     stalk_m: Annotated[float, Field(ge=0.0, le=0.6), Is("length")] = 0.0
@@ -43,29 +43,30 @@ class TentacleParameters(Parameters):
     stalk_aside_m: Annotated[float, Field(ge=0.0, le=0.3)] = 0.0
     """Distance of that post from the mount's axis."""
     ahead: Annotated[int, Field(ge=0, le=1)] = 0
-    """With a post, 1: curls to what is ahead of the mount; 0: around the mount's axis."""
+    """Direction in which a tentacle on a post curls: 1: to what is ahead of the mount; 0: around the mount's axis."""
 
 
 _FULL_CURL_RAD = {"curl": 4.6, "wrap": 11.0, "space": 4.2, "two stages": 3.8, "sweep": 3.7}
-"""Curl at full tension of each variant. Our choice: three quarters of a turn hooks a bar; a wrap that could
-curl to a third of its own size squeezes what stops it; a sweep spends most of its cable's pull on what it presses, not
-on its own spring, so that the force depends little on how far away that is."""
+"""Curl of each variant at full tension [rad]. Our choice: three quarters of a turn hook a bar; a wrap that could curl
+to a third of its own size squeezes the object that stops it; a sweep uses most of its cable's tension to press on the
+surface, not to bend its own springs, so that the force depends little on the distance of the surface."""
 
 _TAPER = 0.45
 _SWEEP_SEGMENTS = 10
 _SWEEP_FORCE = 1.05
-"""Force of a sweep's tip at full tension, hardly bent, as a share of what is asked for. Our choice: in a trial with
+"""Force of a sweep's tip at full tension, hardly bent, as a share of the required force. Our choice: in a trial with
 constant pulls on the benchmark's wall half the tension brushed most cells, and full tension pressed too hard."""
 _FREE_AHEAD_M = 0.3
-"""Where nothing stands ahead of the mount. Our choice."""
+"""Length assumed to be free ahead of the mount if nothing is there [m]. Our choice."""
 _WRAP_CLEARANCE_M = 0.018
-"""Gap between the stretched tentacle and the widest object. Our choice: the placement error of the grasping tasks."""
+"""Gap between the stretched tentacle and the widest object [m]. Our choice: the placement error of the grasping
+tasks."""
 
 
 def _shape(
     length_m: float, segments: int, base_radius_m: float, tip_radius_m: float, stiffness: float
 ) -> tuple[Segment, ...]:
-    """Segments whose length falls with their radius, as in a logarithmic spiral."""
+    """Return segments whose length falls with their radius, as in a logarithmic spiral."""
     ratio = (tip_radius_m / base_radius_m) ** (1.0 / (segments - 1))
     radii = [base_radius_m * ratio**number for number in range(segments)]
     total = sum(radii)
@@ -75,7 +76,7 @@ def _shape(
 
 
 def _curl(shape: tuple[Segment, ...], tension_n: float) -> float:
-    """Angle by which one cable along the whole tentacle curls it [rad]."""
+    """Return the angle by which one cable along the whole tentacle curls it [rad]."""
     return sum(
         beam.cable_bending(tension_n, cable_offset_m(part), part.length_m, part.bending_stiffness_n_m2)
         for part in shape
@@ -83,7 +84,10 @@ def _curl(shape: tuple[Segment, ...], tension_n: float) -> float:
 
 
 def size(job: Job, rng: np.random.Generator, variant: str) -> TentacleParameters:
-    """Choose a tentacle that reaches past the target, one turn around it from beside it, or that sweeps over it."""
+    """Choose the parameters of a tentacle that reaches past the target, wraps it from beside it, or sweeps over it.
+
+    A wrap is long enough for one turn around the target.
+    """
     if variant == "sweep":
         return _sample_sweep(job, rng)
     wrap = variant == "wrap"
@@ -115,7 +119,10 @@ def size(job: Job, rng: np.random.Generator, variant: str) -> TentacleParameters
 
 
 def _sample_sweep(job: Job, rng: np.random.Generator) -> TentacleParameters:
-    """Choose a short tentacle beside what it sweeps: at full tension it presses with the force that is asked for."""
+    """Choose the parameters of a short tentacle beside the surface that it sweeps.
+
+    At full tension it presses with the required force.
+    """
     length = float(rng.uniform(0.12, 0.14))
     base_radius = float(rng.uniform(0.0065, 0.0075))
     shape = _shape(length, _SWEEP_SEGMENTS, base_radius, base_radius * _TAPER, 1.0)
@@ -172,9 +179,9 @@ def write(p: TentacleParameters) -> Robot:
 
 
 def _write_stalk(base: etree._Element, p: TentacleParameters) -> etree._Element:
-    """Write a beam to the side and a post along the mount's axis; the tentacle leaves it along +x.
+    """Write a beam to the side and a post along the mount's axis; the tentacle leaves the post along +x.
 
-    It curls to +y around the mount's axis, or to +z, ahead.
+    It curls towards +y around the mount's axis, or towards +z, ahead.
     """
     aside, before = (0.0, -p.stalk_aside_m) if p.ahead else (-p.stalk_aside_m, -0.25 * p.stalk_aside_m)
     axes = (0.0, 0.0, 1.0, 0.0, -1.0, 0.0) if p.ahead else (0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
@@ -210,7 +217,7 @@ def _kind(p: TentacleParameters) -> str:
 
 
 def describe(p: TentacleParameters, job: Job) -> Description:
-    """Say in words what the numbers mean."""
+    """Describe the parameters in words."""
     del job
     shape = _shape(p.length_m, p.segments, p.base_radius_m, p.tip_radius_m, p.bending_stiffness_n_m2)
     planar = p.cables == 2
@@ -242,7 +249,7 @@ def describe(p: TentacleParameters, job: Job) -> Description:
 
 
 def reinforce(p: TentacleParameters) -> TentacleParameters:
-    """A stiffer tentacle with more damping, its tension raised in step."""
+    """Return the parameters of a stiffer tentacle with more damping and more tension."""
     return p.model_copy(
         update={
             "tension_n": round(min(p.tension_n * 1.1, 60.0), 1),
@@ -254,7 +261,10 @@ def reinforce(p: TentacleParameters) -> TentacleParameters:
 
 
 def orient(job: Job, parameters: Mapping[str, Any]) -> Orientation:
-    """Curl sideways to its own weight where it sweeps ahead; else lean away from a target straight in front."""
+    """Return the rotation of a tentacle on its mount.
+
+    A tentacle that sweeps ahead curls sideways to its own weight; any other leans away from a target straight in front.
+    """
     if not parameters.get("ahead"):
         return lean_aside(job, parameters.get("length_m", 0.0))
     turn_deg = angle_to_down_deg(job) - 90.0 if looks_sideways(job) else 0.0

@@ -19,7 +19,7 @@ from aidsr.teams.rules.sizing import bending_stiffness, damping_time, rod
 
 
 class WormParameters(Parameters):
-    """Numbers that fix a worm."""
+    """Parameters of a worm."""
 
     length_m: Annotated[float, Field(ge=0.15, le=0.8), Is("length")]
     sections: Annotated[int, Field(ge=2, le=4), Is("count")]
@@ -27,7 +27,7 @@ class WormParameters(Parameters):
     radius_m: Annotated[float, Field(ge=0.004, le=0.03), Is("thickness")]
     foot_half_width_m: Annotated[float, Field(ge=0.01, le=0.08), Is("width")]
     foot_mass_kg: Annotated[float, Field(ge=0.005, le=0.1), Is("mass")]
-    """Mass of a foot with the winches of the section behind it."""
+    """Mass of a foot, including the winches of the section behind it."""
     tension_n: Annotated[float, Field(ge=2.0, le=60.0), Is("tension")]
     bending_stiffness_n_m2: Annotated[float, Field(gt=0.0), Is("stiffness")]
     damping_time_s: Annotated[float, Field(ge=0.01, le=0.2), Is("damping")]
@@ -35,20 +35,21 @@ class WormParameters(Parameters):
 
 
 _SHAPES = {"inchworm": (2, 6), "wave": (3, 4), "long wave": (4, 3)}
-"""Sections and segments a section: two sections arch in turn, three or four pass a wave on."""
+"""Number of sections, and of segments per section, of each variant: two sections arch in turn, three or four pass on a
+wave."""
 
 _FULL_BEND_RAD = 1.5
 _CABLES = (("top", 180.0), ("left", 60.0), ("right", -60.0))
-"""Cables of a section and where they run, from straight down towards the left."""
+"""Cables of a section: name and position around the body, from straight down towards the left [deg]."""
 
 
 def foot_radius(p: WormParameters) -> float:
-    """Radius of the cross bars the worm stands on, which keeps its cables off the ground [m]."""
+    """Return the radius of the cross bars on which the worm stands [m]; it keeps the cables off the ground."""
     return p.radius_m + GUIDE_CLEARANCE_M + 0.0025
 
 
 def size(job: Job, rng: np.random.Generator, variant: str) -> WormParameters:
-    """Choose a worm light enough to lift its own sections twice over."""
+    """Choose the parameters of a worm that is light enough to lift twice the weight of its own sections."""
     del job
     sections, per_section = _SHAPES[variant]
     length = rng.uniform(0.1, 0.115) * sections + (0.08 if variant == "inchworm" else 0.0)
@@ -76,7 +77,7 @@ def write(p: WormParameters) -> Robot:
     builder = MjcfBuilder("worm", about, p.variation)
     tail = add(builder.worldbody, "body", name="tail", pos=(0.0, 0.0, foot_radius(p)))
     add(tail, "freejoint", name="root")
-    # The chain grows along its own +z; turned this way that is forward, and its +x points to the ground.
+    # The chain grows along its own +z. This rotation turns +z forward and the chain's +x to the ground.
     root = add(tail, "body", name="tail_end", euler=(0.0, math.pi / 2.0, 0.0))
     segments = uniform(p.sections * p.segments_per_section, p.length_m, p.radius_m, p.bending_stiffness_n_m2)
     backbone = write_chain(builder, root, Chain("seg", segments, "xy", p.damping_time_s, p.density_kg_m3))
@@ -121,7 +122,7 @@ def _write_foot(link: etree._Element, name: str, at_m: float, p: WormParameters,
 
 
 def describe(p: WormParameters, job: Job) -> Description:
-    """Say in words what the numbers mean."""
+    """Describe the parameters in words."""
     del job
     kind = "Inchworm" if p.sections == 2 else f"{numeral(p.sections).capitalize()}-section worm"
     gait = "two sections arch in turn" if p.sections == 2 else "a wave of arches runs along the body"
@@ -146,7 +147,7 @@ def describe(p: WormParameters, job: Job) -> Description:
 
 
 def reinforce(p: WormParameters) -> WormParameters:
-    """A stiffer worm with wider feet and more damping, its tension raised in step."""
+    """Return the parameters of a stiffer worm with wider feet, more damping and more tension."""
     return p.model_copy(
         update={
             "tension_n": round(min(p.tension_n * 1.1, 60.0), 1),
