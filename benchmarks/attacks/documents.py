@@ -1,4 +1,4 @@
-"""Hostile documents and replies: mutated robots, texts that once hung, replies of a model that answers only that."""
+"""Hostile documents and replies: mutated robots, texts that once caused a hang, models that repeat such a reply."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _MUTATED, _ANSWERED = 120, 80
 
 
 def tries(place: Path) -> Iterator[tuple[str, Callable[[], Outcome]]]:
-    """Yield all tries by name: 120 documents and 80 replies."""
+    """Yield the name and the function of each try: 120 documents and 80 replies."""
     for name in DOCUMENTS:
         yield f"document: {name}", partial(_document, place, name, DOCUMENTS[name])
     for number in range(_MUTATED - len(DOCUMENTS)):
@@ -58,7 +58,7 @@ def _canary() -> Path:
 
 
 def _answer(number: int) -> str:
-    """A reply of a robot with pieces put in, left out and repeated."""
+    """Return a reply that contains a robot, with pieces inserted, left out and repeated."""
     chance = random.Random(number)
     text = '```json\n{"functional_part": "tip"}\n```\n```xml\n' + small_arm() + "\n```"
     for _ in range(chance.randint(1, 6)):
@@ -70,7 +70,7 @@ def _answer(number: int) -> str:
 
 @cache
 def _healthy() -> str:
-    """The report on a healthy robot, which nothing before it may change."""
+    """Return the validator's report on a healthy robot; no hostile document may change it."""
     return validate(small_arm()).model_dump_json()
 
 
@@ -99,10 +99,10 @@ def _document(place: Path, name: str, text_of: Callable[[], str]) -> Outcome:
 
 
 class AnsweringLater(Answering):
-    """Answers the Designer's questions well, and all others with the same text."""
+    """Model that answers the Designer's questions well, and all other questions with the same text."""
 
     def ask(self, question: Question) -> CallRecord:
-        """Return the answer."""
+        """Return the record of a call with the answer."""
         record = super().ask(question)
         return record.model_copy(update={"reply": _CONCEPT}) if question.role == "designer" else record
 

@@ -1,4 +1,4 @@
-"""Runs, studies and trainings from strangers: links, pipes, devices, changed records, records of another server."""
+"""Runs, studies and trainings from strangers: links, pipes, devices, changed records, records that name a server."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from loopback import Loopback, Say
 
 _SECRET = "what a stranger may neither read nor change"
 Change = Callable[[Path, Path, Path, str], None]
-"""Changes a run's folder and a study's, with a foreign file at hand and the URL of a foreign server."""
+"""Function that changes the folders of a run and of a study, given the path of a foreign file and the URL of a foreign
+server."""
 
 
 def _link(name: str) -> Change:
@@ -122,11 +123,12 @@ COMMANDS = (
     ("evaluate", "RUN/designs/1/training/001", "--no-videos"), ("report", "STUDY"), ("submit", "STUDY"),
     ("benchmark", "STUDY", "--resume"), ("leaderboard", "STUDY/submission.json"),
 )  # fmt: skip
-"""Each change meets two of them; over all, every command meets several changes."""
+"""Commands that are run on changed folders. Each change is tried with `show` and mostly with one other command; each
+command is tried on several changes."""
 
 
 def tries(place: Path) -> Iterator[tuple[str, Callable[[], Outcome]]]:
-    """Yield all tries by name."""
+    """Yield the name and the function of each try."""
     for number, (name, change) in enumerate(CHANGES.items()):
         yield f"folder: {name}", partial(_attempt, place, number, name, change)
 

@@ -1,4 +1,4 @@
-"""kill -9 of commands and of their workers alone, at moments spread over their work; the same command then again."""
+"""Kill commands, or only their workers, with SIGKILL at moments spread over their work, then run the command again."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ _SLIP = "<!-- a -- b -->"
 
 @dataclass(frozen=True)
 class Command:
-    """A command that is killed, and what it leaves."""
+    """A command to kill, how to continue it and how to read its result."""
 
     words: tuple[str, ...]
     again: Callable[[Path], tuple[str, ...]]
-    """The command that continues or repeats it, once it was killed."""
+    """Returns the command that continues or repeats the killed one."""
     result: Callable[[Path, Ended], Any]
-    """What must be the same as undisturbed; None where there is none."""
+    """Returns the result, which must equal that of the undisturbed command; None if there is none."""
     prepare: Callable[[Path], None] = lambda _home: None
     kills: int = 5
 
@@ -64,7 +64,7 @@ def _file(name: str, *, without: tuple[str, ...] = ()) -> Callable[[Path, Ended]
 
 
 def _policy(home: Path, _ended: Ended) -> Any:
-    """The policy's weights; a training that resumed says so, and is compared as "resumed"."""
+    """Return a hash of the policy's weights, or "resumed" for a training that resumed, whose weights may differ."""
     import zipfile
 
     folder = home / "trained" / "001"
@@ -106,7 +106,7 @@ def _designed(home: Path) -> None:
 
 
 def _unfinished(home: Path) -> None:
-    """A run that was killed while its design was made."""
+    """Leave a run that was killed while its design was being made."""
     process = start(home, _DESIGN)
     while not (list(home.glob("runs/*/designs/1/01/robot.xml")) or process.poll() is not None):
         time.sleep(0.05)
@@ -123,7 +123,7 @@ def _same(*words: str) -> Callable[[Path], tuple[str, ...]]:
 
 
 _LEARN = ("train", "scene.xml", "--steps", "40960", *_TRAIN)
-"""Long enough for checkpoints, so that some kills meet a training that can be resumed."""
+"""Takes long enough to write checkpoints, so that some kills hit a training that can be resumed."""
 _EVALUATE = ("evaluate", "trained/001", "--episodes", "20", "--no-videos", "--threads", "1")
 _PROBE = ("probe", "scene.xml", "--task", _TASK, "--candidates", "16", "--max-steps", "3000", "--out", "probe.json")
 _VALIDATE = ("validate", "arm.xml", "--json")
@@ -141,7 +141,7 @@ COMMANDS: dict[str, Command] = {
     "export": Command(_PARTS, lambda home: _named(home, *_PARTS), _export, _designed, kills=6),
     "benchmark": Command(_STUDY, _same(*_STUDY), _study, kills=6),
 }
-"""web and mcp are killed in `requests`."""
+"""Commands that are killed here. `requests` kills web and mcp."""
 
 
 def _named(home: Path, *words: str) -> tuple[str, ...]:
@@ -150,7 +150,7 @@ def _named(home: Path, *words: str) -> tuple[str, ...]:
 
 
 def tries(place: Path) -> Iterator[tuple[str, Callable[[], Outcome]]]:
-    """Yield all tries by name; what is undisturbed is made when a command's first try begins."""
+    """Yield the name and the function of each try; a command's first try also makes its undisturbed result."""
     for name, command in COMMANDS.items():
         made: dict[str, Any] = {}
         for number in range(command.kills):
@@ -200,7 +200,7 @@ def _attempt(place: Path, name: str, command: Command, whom: str, part: float, m
         ended = run(home, *command.again(home))
         outcome.notes["again"] = ended.code
         hang, outcome.failed = ended.problem()
-        outcome.hang = hang if ended.code is None else ""  # its work itself may take longer than the limit
+        outcome.hang = hang if ended.code is None else ""  # the work itself may take longer than the limit
     elif "Traceback" in out + error:
         outcome.failed = f"traceback: {error[-200:]}"
     outcome.lost = _lost(before, contents(home))
@@ -224,11 +224,11 @@ def _kill_workers(pid: int) -> int:
 
 
 _REWRITTEN = ("summary.html", "events.jsonl", "run.log", "report")
-"""Files that are computed again, or grow."""
+"""Beginnings of the names of files that are computed again or grow."""
 
 
 def _lost(before: dict[str, str], after: dict[str, str]) -> str:
-    """Return the files of a run, study or training that were whole and are gone or other after the command went on."""
+    """Return at most five finished files of a run, study or training that are missing after the command went on."""
     gone = [
         name
         for name in before

@@ -1,4 +1,4 @@
-"""Requests to the web app and messages to the MCP server that no browser or agent of good will sends."""
+"""Requests to the web app and messages to the MCP server that no well-behaved browser or agent sends."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ MCP: dict[str, str] = {
 
 
 def tries(place: Path) -> Iterator[tuple[str, Callable[[], Outcome]]]:
-    """Yield all tries by name."""
+    """Yield the name and the function of each try."""
     for name, request in WEB.items():
         yield f"web: {name}", partial(_web, place, name, request)
     for name, message in MCP.items():
@@ -99,7 +99,7 @@ def tries(place: Path) -> Iterator[tuple[str, Callable[[], Outcome]]]:
 
 
 class WebApp:
-    """The web app over a folder with one run, started once and again when it is gone."""
+    """Web app for a folder with one run. It is started once, and again after it ended."""
 
     def __init__(self, place: Path) -> None:
         self.home = place / "web"
@@ -113,7 +113,7 @@ class WebApp:
         self.process: subprocess.Popen[str] | None = None
 
     def start(self) -> None:
-        """Start it, and wait until it answers."""
+        """Start the app unless it is running, and wait until it answers."""
         if self.process is not None and self.process.poll() is None:
             return
         words = ("web", "--runs", str(self.runs), "--port", str(self.port), "--no-browser")
@@ -122,7 +122,7 @@ class WebApp:
             assert self.process.poll() is None, (self.home / "log").read_text()
 
     def answer(self, wait_s: float) -> float | None:
-        """Return how long a page takes [s]; None where it does not come."""
+        """Return the time until the start page is received [s]; None if it is not received within `wait_s`."""
         began_s = time.monotonic()
         while time.monotonic() < began_s + wait_s:
             with contextlib.suppress(OSError):
@@ -132,7 +132,7 @@ class WebApp:
         return None
 
     def send(self, request: bytes) -> bytes:
-        """Send bytes, and return what comes within two seconds."""
+        """Send bytes; return the answer received until the connection closes or two seconds pass without data."""
         request = request.replace(b"PORT", str(self.port).encode()).replace(b"RUN", self.run.name.encode())
         received = b""
         with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", self.port), 2.0) as one:
@@ -210,7 +210,7 @@ def _mcp(place: Path, name: str, message: str) -> Outcome:
 
 
 def _until(stream: IO[str], limit_s: float, *wanted: str) -> str:
-    """Return what a stream says until it says all that is wanted, at most within a time."""
+    """Return the text of a stream, read until it contains all wanted texts, it ends, or the time limit is reached."""
     said, ends_s = b"", time.monotonic() + limit_s
     while time.monotonic() < ends_s and not all(word.encode() in said for word in wanted):
         ready, _, _ = select.select([stream], [], [], 0.5)

@@ -1,9 +1,9 @@
-"""Attack every command, and write what it took: kills, servers, documents and replies, foreign folders, requests.
+"""Attack every command and write the results: kills, servers, documents and replies, foreign folders, requests.
 
     make attacks
 
-Each try is a line of results.jsonl with the commit of the code; one that is there is not made again unless its name is
-given with --again. results.md is made of the lines.
+Each try is a line of results.jsonl with the commit of the code. A try that is already there is not repeated, unless
+--again gives the beginning of its name. results.md is made from these lines.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 
-from benchmarks.attacks import documents, folders, kills, requests, servers  # noqa: E402 - tests/ holds their texts
+from benchmarks.attacks import documents, folders, kills, requests, servers  # noqa: E402 - they import from tests/
 from benchmarks.attacks.tries import LIMIT_S, WALL_S, Outcome  # noqa: E402
 
 from aidsr.core.provenance import commit  # noqa: E402
@@ -42,7 +42,7 @@ Try = tuple[str, Callable[[], Outcome]]
 
 
 def main() -> None:
-    """Make the tries that are missing, and write the page."""
+    """Run the tries that are missing, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", choices=tuple(ATTACKS), help="one kind of attack")
     parser.add_argument("--again", default="", help="repeat the tries whose names begin so")
@@ -57,7 +57,7 @@ def main() -> None:
         if name in rows or options.write_only:
             continue
         outcome = _made(attempt)
-        if outcome.notes.get("killed") == 0:  # it had ended before; the next run tries again
+        if outcome.notes.get("killed") == 0:  # the command ended before it could be killed; the next run tries again
             continue
         rows[name] = {"try": name, **outcome.row(), "commit": commit()}
         with RESULTS.open("a", encoding="utf-8") as file:
@@ -102,7 +102,12 @@ def _kept() -> list[dict[str, Any]]:
 
 
 def page(rows: list[dict[str, Any]], planned: int) -> str:
-    """Return the tries that were made, of all that are planned, as Markdown."""
+    """Return the page of results as Markdown.
+
+    Args:
+        rows: Tries that were made.
+        planned: Number of all tries.
+    """
     commits = ", ".join(sorted({row["commit"] for row in rows}))
     lines = [
         "# Attacks\n",

@@ -1,4 +1,4 @@
-"""A language model's server that is hostile or broken, under a whole design of one concept."""
+"""A hostile or broken server of a language model, which answers a whole design run of one concept."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _JSON = {"Content-Type": "application/json"}
 
 
 def _chat(**changes: Any) -> bytes:
-    """A reply of Chat Completions with other fields."""
+    """Return a reply of the Chat Completions API with some fields replaced."""
     reply: dict[str, Any] = {
         "id": "c", "object": "chat.completion", "created": 1, "model": "m",
         "choices": [{"index": 0, "message": {"role": "assistant", "content": "hello"}, "finish_reason": "stop"}],
@@ -119,7 +119,7 @@ MODES: dict[str, Callable[[str], Act]] = {
 
 
 def tries(place: Path) -> Iterator[tuple[str, Callable[[], Outcome]]]:
-    """Yield all tries by name."""
+    """Yield the name and the function of each try."""
     for name, mode in MODES.items():
         yield f"server: {name}", partial(_attempt, place, name, mode)
 

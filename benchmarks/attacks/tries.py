@@ -1,4 +1,4 @@
-"""One try of an attack: what was done, and what came of it."""
+"""One try of an attack: how commands are run, and the outcome."""
 
 from __future__ import annotations
 
@@ -14,53 +14,54 @@ from pathlib import Path
 from typing import Any
 
 LIMIT_S = 20.0
-"""Processor time after which a try hangs, of the process and of children that it waited for."""
+"""Processor time [s] of a process and of the children that it waited for above which a try counts as a hang."""
 WALL_S = 600.0
-"""Time after which it hangs however little it worked; long, because other work may share the machine."""
+"""Wall time [s] after which a try counts as a hang, however little processor time it used. Long, because other work may
+share the machine."""
 ENDINGS = {0, 1, 2}
-"""Exit codes with which a command may end: done, not good enough, a sentence."""
+"""Allowed exit codes of a command: done, result not good enough, error explained in a sentence."""
 
 
 @dataclass
 class Outcome:
-    """What came of one try."""
+    """Outcome of one try. An empty text means that nothing of its kind happened."""
 
     attack: str
     name: str
     lost: str = ""
-    """What was finished before and is not there after."""
+    """What was finished before the try and is missing after it."""
     hang: str = ""
     """What did not end in time."""
     changed: str = ""
-    """What differs from the undisturbed result without saying so."""
+    """What differs from the undisturbed result without the program reporting it."""
     failed: str = ""
-    """What else must not happen: a traceback, a foreign file read or written, a key sent or kept."""
+    """Any other forbidden event: a traceback, a foreign file read or written, a key sent or kept."""
     seconds: float = 0.0
     notes: dict[str, Any] = field(default_factory=dict)
 
     @property
     def survived(self) -> bool:
-        """Whether nothing of that happened."""
+        """Whether nothing was lost, hung, changed or failed."""
         return not (self.lost or self.hang or self.changed or self.failed)
 
     def row(self) -> dict[str, Any]:
-        """Return the outcome as JSON."""
+        """Return the outcome as a JSON object."""
         return {**vars(self), "survived": self.survived}
 
 
 @dataclass(frozen=True)
 class Ended:
-    """A command that ended, or was ended."""
+    """Result of a command that ended by itself or was killed."""
 
     code: int | None
-    """None where it did not end in time."""
+    """Exit code; None if the command did not end in time."""
     out: str
     error: str
     cpu_s: float
     wall_s: float
 
     def problem(self) -> tuple[str, str]:
-        """Return what hangs and what else went wrong; empty texts if nothing."""
+        """Return the hang and the other failure in words; empty texts if there is none."""
         if self.code is None:
             return f"no end after {self.wall_s:.0f} s, {self.cpu_s:.0f} s of processor", ""
         hang = f"{self.cpu_s:.0f} s of processor" if self.cpu_s > LIMIT_S else ""
@@ -70,7 +71,7 @@ class Ended:
 
 
 def environment(home: Path, **more: str) -> dict[str, str]:
-    """Return the environment of a command with settings of its own, without keys."""
+    """Return the environment variables of a command: with its own settings folder, without API keys and base URLs."""
     kept = {name: value for name, value in os.environ.items() if not name.endswith(("_API_KEY", "_BASE_URL"))}
     return {**kept, "XDG_CONFIG_HOME": str(home / "settings"), "OMP_NUM_THREADS": "1", "COLUMNS": "200", **more}
 
@@ -78,7 +79,7 @@ def environment(home: Path, **more: str) -> dict[str, str]:
 def start(
     home: Path, words: Sequence[str], env: Mapping[str, str] | None = None, **options: Any
 ) -> subprocess.Popen[str]:
-    """Start `aidsr` in a folder, as the leader of a group of processes."""
+    """Start `aidsr` in a folder, as the leader of a process group."""
     return subprocess.Popen(
         [sys.executable, "-m", "aidsr", *words],
         cwd=home,
@@ -91,7 +92,7 @@ def start(
 
 
 def run(home: Path, *words: str, env: Mapping[str, str] | None = None) -> Ended:
-    """Run `aidsr` to its end, at most `WALL_S`."""
+    """Run `aidsr` to its end, and kill it after `WALL_S`."""
     before, began_s = os.times(), time.monotonic()
     process = start(home, words, env)
     try:
@@ -107,7 +108,7 @@ def run(home: Path, *words: str, env: Mapping[str, str] | None = None) -> Ended:
 
 
 def end(process: subprocess.Popen[str]) -> None:
-    """End a process that was started with `start`, and all of its group."""
+    """Kill a process that was started with `start`, and its whole process group."""
     try:
         os.killpg(process.pid, signal.SIGKILL)
     except ProcessLookupError:
@@ -124,7 +125,7 @@ def contents(folder: Path, *, without: Sequence[str] = ()) -> dict[str, str]:
 
 
 def workers_of(pid: int) -> list[int]:
-    """Return the processes below a process that are its workers or jobs. Linux only."""
+    """Return the ids of a process's descendants (workers and jobs), at most four levels deep. Linux only."""
     parents: dict[int, int] = {}
     for entry in Path("/proc").iterdir():
         if entry.name.isdecimal():

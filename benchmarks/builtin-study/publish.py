@@ -1,4 +1,4 @@
-"""Write the report of a study and keep a copy here: the page, tables, raw rows, plan and submission.
+"""Write the report of a study and keep a copy in this folder: page, tables, raw rows, plan and submission.
 
 python benchmarks/builtin-study/publish.py build/builtin-60000 trained
 python benchmarks/builtin-study/publish.py build/ablations ablations
@@ -18,11 +18,11 @@ from aidsr.studies.submission import submit
 HERE = Path(__file__).parent
 KEPT = ("report.html", "report.md", "report.csv", "study.toml")
 MOST_BYTES = 5_000_000
-"""Of a page in the repository."""
+"""Largest allowed size of a report's page in the repository [bytes]."""
 
 
 def main() -> None:
-    """Copy what a study came to."""
+    """Write a study's report and copy it."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("study", type=Path)
     parser.add_argument("name", help="of the folder here")

@@ -1,10 +1,10 @@
-"""Write docs/policies.md: moments of the best policy of each task in studies.
+"""Write docs/policies.md: pictures of the best policy of each task in studies.
 
     python benchmarks/builtin/films.py build/builtin-60000 build/builtin-300000
     python benchmarks/builtin/films.py build/builtin-300000 --tasks reaching/pipe_inserting
 
-Best is the design that wins most held-out episodes; what is shown is its best episode, so a task at which nobody
-succeeds shows how far the best one came. What the page says of other tasks stays as it is.
+The best design is the one that wins most held-out episodes. The page shows its best episode; for a task without a
+success this is the episode that came furthest. The page's sections on other tasks stay as they are.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ from aidsr.tasks import TASKS_IN_SAMPLE
 
 DOCS = Path(__file__).parents[2] / "docs"
 _MOMENTS, _WIDTH, _HEIGHT, _FINER = 4, 220, 165, 2
-"""Of a strip; drawn finer first, so that edges are smooth [px]."""
+"""Number of moments of a strip, width and height of each [px], and the factor by which they are drawn larger first, so
+that edges are smooth."""
 _SECTION = re.compile(r"^## (\S+)\n(.*?\n)(?=\n## |\Z)", re.DOTALL | re.MULTILINE)
 _HEAD = """# What good policies do
 
@@ -58,7 +59,7 @@ def main() -> None:
 
 
 def _section(task: str, card: Card, plan: StudyPlan) -> str:
-    """Draw a design's motion; return what stands below the task's name."""
+    """Draw a design's motion; return the text below the task's heading."""
     picture = DOCS / "images" / "policies" / f"{task.rpartition('/')[2]}.jpg"
     picture.parent.mkdir(parents=True, exist_ok=True)
     _draw(card, picture)
@@ -82,7 +83,7 @@ def _draw(card: Card, picture: Path) -> None:
 
 
 def _best(study: Study, task: str) -> tuple[float, Card, StudyPlan] | None:
-    """Return the share of episodes that the best design wins, its strip, and what it was trained by."""
+    """Return the share of episodes that a study's best design wins, its card and the study's plan; None without one."""
     rows = [row for row in read_outcomes(study) if row.task == task and row.evaluations]
     cards = [card for card in gallery(study, rows) if card.motion]
     return (max(row.episodes_share for row in rows), cards[0], study.plan) if cards else None

@@ -2,17 +2,18 @@
 
     python benchmarks/builtin/table.py --designs 3 --steps 300000 --jobs 2
 
-Policies are trained by protocol `best`; successful ones are also played in perturbed scenes. All 18 tasks unless named,
-the 14 that the rules were written with in view (in sample) and the 4 that came later apart. A study (aidsr.studies)
-with one concept a run: the n-th design of a task is the first concept of seed n - 1. Every task gets its first design
-before any gets its second, so the table means something whenever it is stopped. Raw outcomes go to
-results-version5.jsonl beside this file and the table made of them to results-version5.md, or to files of
-another name (`--out mine`). The same command goes on with what is left, on this machine or another one: a design whose
-outcome is in the .jsonl is not trained again. To train all yourself, name files that are not there yet.
+Policies are trained by protocol `best`; successful ones are also played in perturbed scenes. All 18 tasks are used
+unless some are named. The table has separate totals for the 14 tasks that the rules were written with in view (in
+sample) and for the 4 that came later (out of sample). The command runs a study (aidsr.studies) with one concept per
+run: the n-th design of a task is the first concept of seed n - 1. Every task gets its first design before any task gets
+its second, so a table that is stopped early is still useful. Raw outcomes are written to results-version5.jsonl beside
+this file and the table made from them to results-version5.md, or to files of another name (`--out mine`). The same
+command continues a stopped study, on this machine or another one: a design whose outcome is in the .jsonl is not
+trained again. To train everything yourself, name files that do not exist yet.
 
-`--seeds 3` trains three policies a design; a design is then valid or successful where most of them are. `--publish`
-copies policies and scenes to a folder, from which `aidsr evaluate` takes them. `--write-only` also writes tables of
-earlier versions of the benchmark again, from their .jsonl.
+`--seeds 3` trains three policies per design; a design then counts as valid or successful if most of its policies do.
+`--publish` copies policies and scenes to a folder that `aidsr evaluate` can read. `--write-only` also rewrites tables
+of earlier versions of the benchmark from their .jsonl.
 """
 
 from __future__ import annotations
@@ -52,58 +53,59 @@ from aidsr.tasks import BENCHMARK_VERSION, TASKS, TASKS_IN_SAMPLE, TASKS_OUT_OF_
 HOME = Path(__file__).parent
 _OUT = f"results-version{BENCHMARK_VERSION}"
 _FIRST_OUT = "results"
-"""Of version 3, when no name told the version."""
+"""Name of the table of version 3, when file names did not carry the version."""
 _SHARES = (0.5, 0.8, 0.95)
-"""Of episodes won: the first is the paper's binary rate, the others tell a reliable policy from a lucky one."""
+"""Shares of episodes won that are counted. The first gives the paper's binary rate; the others distinguish a reliable
+policy from a lucky one."""
 _PUBLISHED = ("config.json", "scene.xml", "normalisation.json", "training.json", "evaluation.json")
 _PROTOCOL: Protocol = "best"
-"""What policies are trained by today."""
+"""Protocol that policies are trained by today."""
 
 
 class Row(Artifact):
-    """What came of one design: a policy that was judged, or no policy because the design was not approved."""
+    """Result of one evaluated policy of a design, or of a design without a policy because it was not approved."""
 
     task: str
     level: str
     design: int
     family: str
     outcome: str
-    """As in outcome.json of the design."""
+    """Outcome in the design's outcome.json."""
     valid: bool
     successful: bool
     success_share: float
-    """Of the held-out episodes; 0 where the policy is not valid."""
+    """Share of held-out episodes that succeeded; 0 if the policy is not valid."""
     steps: int
     training_s: float
     resumed: int = 0
-    """How often the training resumed after it was killed while learning: then the policy is not that of an undisturbed
-    one. Not known, and 0, in rows of before it was kept."""
+    """How often the training resumed after it was killed while learning. A resumed training gives another policy than
+    an undisturbed one. In rows older than this field it is unknown and reads 0."""
     benchmark_version: int
     most_steps: int
-    """Control steps a policy, at most."""
+    """Limit of control steps per policy."""
     recipe: dict[str, Any] | None = None
-    """As it was then, with the fields it had then; None where it was not written down."""
+    """Recipe at the time of training, with the fields of that time; None if it was not recorded."""
     mujoco: str
     policy_seed: int = 0
     commit: str = ""
-    """Of the source that evaluated; this and what follows is empty in rows of before it was kept."""
+    """Commit of the source that evaluated. This field and those below are empty in rows older than the fields."""
     processor: str = ""
     versions: dict[str, str] = Field(default_factory=dict)
     scene_sha256: str = ""
-    """Of the scene it was trained in, by which it can be told whether today's team would make the same."""
+    """SHA-256 of the training scene; shows whether today's team would make the same scene."""
     policy_sha256: str = ""
     episodes: dict[str, int] = Field(default_factory=dict)
-    """How many held-out episodes ended in which way."""
+    """Number of held-out episodes for each way to end."""
     best_progress: float | None = None
-    """Mean of the furthest that each held-out episode came."""
+    """Mean, over the held-out episodes, of the best progress of each."""
     kept_perturbed: dict[str, float] = Field(default_factory=dict)
-    """Share of the successes kept in each kind of perturbed scene; empty where the policy is not successful."""
+    """Share of successes kept, by kind of perturbed scene; empty if the policy is not successful."""
     failed_checks: dict[str, str] = Field(default_factory=dict)
-    """Checks of plausibility that failed, with what they say."""
+    """Failed plausibility checks with their messages."""
 
 
 def main() -> None:
-    """Do what is left of the study, writing its table as it goes."""
+    """Run the remaining part of the study, and update its table after each job."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--folder", type=Path, help="of the study; build/builtin-STEPS unless named")
     parser.add_argument("--tasks", nargs="+", default=list(TASKS), help="all unless named")
@@ -147,7 +149,7 @@ def main() -> None:
 
 
 def _write_earlier(out: str) -> bool:
-    """Write the table of outcomes of an earlier version or another protocol; return whether they are of one."""
+    """Write the table of outcomes of an earlier version or another protocol; return False for today's outcomes."""
     rows = read_rows(HOME / f"{out}.jsonl")
     if not rows or _is_todays(plan := plan_of(rows)):
         return False
@@ -164,7 +166,7 @@ def _recipe(protocol: Protocol) -> dict[str, Any]:
 
 
 def _with_defaults(recipe: dict[str, Any] | None) -> dict[str, Any] | None:
-    """Return a recipe of a row, also of before a policy could begin with a script: it began with none."""
+    """Return a row's recipe. Older ones, without the fields `script` and `correction`, get the default: no script."""
     return recipe and Recipe().model_dump(mode="json", include={"script", "correction"}) | recipe
 
 
@@ -172,7 +174,7 @@ def plan_of(rows: Sequence[Row]) -> StudyPlan:
     """Return the plan that rows follow.
 
     Raises:
-        UserError: They are not all of one version, level, budget and protocol.
+        UserError: The rows differ in version, level, budget or protocol.
     """
     found = sorted({(_version_of(row), row.level, row.most_steps, _protocol_of(row)) for row in rows})
     if len(found) > 1:
@@ -193,18 +195,18 @@ def plan_of(rows: Sequence[Row]) -> StudyPlan:
 
 
 def _version_of(row: Row) -> int:
-    """Return the version of the benchmark that a row counts in: today's where its task has not changed since."""
+    """Return the version of the benchmark in which a row counts: today's if its task has not changed since."""
     return BENCHMARK_VERSION if is_current(row.task, row.benchmark_version) else row.benchmark_version
 
 
 def _protocol_of(row: Row) -> Protocol:
-    """Return the protocol that a policy was trained by, whatever its recipe was in detail."""
+    """Return the protocol that a policy was trained by; the recipe's algorithm alone decides."""
     algorithm = (row.recipe or {}).get("algorithm", "ppo")
     return next(name for name, recipe in PROTOCOLS.items() if recipe.algorithm == algorithm)
 
 
 def publish(study: Study, folder: Path) -> None:
-    """Copy what `aidsr evaluate` needs to judge policies again; of each only the weights that act."""
+    """Copy the files that `aidsr evaluate` needs to evaluate policies again, without the weights of the critics."""
     for cell in study.cells:
         run = study.run(cell)
         homes = [training_folder_of(run.design(1), seed) for seed in range(study.plan.seeds)] if run else []
@@ -237,25 +239,25 @@ def _write(study: Study, published: Sequence[Row], out: str) -> None:
 
 
 def kept(path: Path, plan: StudyPlan) -> tuple[Row, ...]:
-    """Return the outcomes in a file, none where there is no file.
+    """Return the outcomes in a file, none if there is no file.
 
     Raises:
-        UserError: One is of other conditions than today's, or of a design that the plan does not ask for.
+        UserError: An outcome was made under other conditions than the plan's, or its design is not in the plan.
     """
     return tuple(_fitting(row, plan, path) for row in read_rows(path))
 
 
 def read_rows(path: Path) -> tuple[Row, ...]:
-    """Return the outcomes in a file, none where there is no file."""
+    """Return the outcomes in a file, none if there is no file."""
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
     return tuple(Row.model_validate_json(line) for line in lines)
 
 
 def merged(study: Study, published: Sequence[Row]) -> list[Row]:
-    """Return every outcome there is, in the order of the tasks; what is published stays as it is.
+    """Return the published outcomes and those of the study, by design number and task; published ones have precedence.
 
     Raises:
-        UserError: One of the study is of other conditions than today's.
+        UserError: An outcome of the study was made under other conditions than the plan's.
     """
     found = {(row.task, row.design, row.policy_seed): row for row in published}
     for design in read_outcomes(study):
@@ -282,7 +284,7 @@ def _fitting(row: Row, plan: StudyPlan, where: Path) -> Row:
 
 
 def rows_of(design: DesignRow, study: Study) -> list[Row]:
-    """Return what is kept of a design that came to its end: a row for each policy, or one where there is none."""
+    """Return the rows of a finished design: one for each evaluated policy, or a single row if there is none."""
     plan, run = study.plan, study.run(Cell(design.arm, design.task, design.run))
     assert run is not None, "it came to its end"
     homes = [TrainingFolder(training_folder_of(run.design(design.design), seed)) for seed in range(plan.seeds)]
@@ -346,7 +348,7 @@ def _trained(facts: dict[str, Any], home: TrainingFolder) -> Row:
 
 
 def table(plan: StudyPlan, rows: Sequence[Row], out: str = _OUT) -> str:
-    """Return outcomes as a Markdown table; its rates are of the designs that ended, and it says how many did."""
+    """Return outcomes as a Markdown table. Rates cover the designs that ended; the page states how many ended."""
     mujoco = " and ".join(sorted({row.mujoco for row in rows})) or plan.versions["mujoco"]
     counts = sorted({sum(row.episodes.values()) for row in rows if row.episodes}) or [VERDICT_EPISODES]
     designs = _designs(rows)
@@ -395,7 +397,7 @@ def _head(plan: StudyPlan) -> str:
 
 
 def _subtotals(rows: Sequence[Row], plan: StudyPlan) -> list[str]:
-    """Return a line for the tasks in sample and one for those out of sample, where a table has both."""
+    """Return a line for the tasks in sample and one for those out of sample, if a table has both."""
     samples = {
         "**in sample**": [task for task in plan.tasks if task not in TASKS_OUT_OF_SAMPLE],
         "**out of sample**": [task for task in plan.tasks if task in TASKS_OUT_OF_SAMPLE],
@@ -404,12 +406,12 @@ def _subtotals(rows: Sequence[Row], plan: StudyPlan) -> list[str]:
 
 
 def _protocol_in_words(plan: StudyPlan) -> str:
-    """Return the protocol; version 3 and before knew only one."""
+    """Return the protocol in words; empty for earlier versions (version 3 and before had only one)."""
     return f" by protocol `{plan.protocol}`" if plan.benchmark_version == BENCHMARK_VERSION else ""
 
 
 def _made_with(rows: Sequence[Row]) -> str:
-    """Return in words which commits and processors evaluated, empty where that is not known."""
+    """Return sentences on the commits and processors of the evaluations and on resumed trainings; empty if unknown."""
     commits, processors = (sorted({getattr(row, of) for row in rows} - {""}) for of in ("commit", "processor"))
     resumed = sum(row.resumed > 0 for row in rows)
     again = f" {resumed} of the policies resumed while learning, after their process was killed." if resumed else ""
@@ -439,7 +441,7 @@ def _designs(rows: Sequence[Row]) -> list[list[Row]]:
 
 
 def _most(designs: Sequence[Sequence[Row]], least: float) -> int:
-    """Return for how many designs most policies are valid and win at least this share of their episodes."""
+    """Return the number of designs most of whose policies are valid and win at least this share of their episodes."""
     won = ([row.valid and row.success_share >= least for row in policies] for policies in designs)
     return sum(2 * sum(policies) > len(policies) for policies in won)
 
@@ -477,7 +479,7 @@ def _line(name: str, every: Sequence[Row], tasks: Sequence[str], plan: StudyPlan
 
 
 def _kept(rows: Sequence[Row]) -> str:
-    """Return the mean share of success kept by policies that were played in perturbed scenes, empty where none was."""
+    """Return the mean share of success that policies keep in perturbed scenes; empty if none was played in them."""
     kept = [fmean(row.kept_perturbed.values()) for row in rows if row.kept_perturbed]
     return f"{fmean(kept):.0%}" if kept else ""
 
@@ -489,7 +491,7 @@ def _rate(hits: int, of: int) -> str:
 
 def _comparison(rows: Sequence[Row], plan: StudyPlan) -> str:
     tried, won = {row.task for row in rows}, {row.task for row in rows if row.successful}
-    checks = Counter(name for row in rows for name in row.failed_checks)  # one row a policy
+    checks = Counter(name for row in rows for name in row.failed_checks)  # one row per policy
     failed = ", ".join(f"{name} {count}" for name, count in checks.most_common()) or "none"
     return (
         f"{len(tried)} of {len(plan.tasks)} tasks have a design that ended, {len(won)} of them a successful one. "

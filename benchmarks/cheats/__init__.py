@@ -1,1 +1,1 @@
-"""Robots that win tasks without being cable-driven soft bodies, and how each of them is refused."""
+"""Robots that win tasks without being cable-driven soft bodies ("cheats"), and how each of them is refused."""

@@ -1,6 +1,6 @@
-"""Bodies that win a task and are no cable-driven soft robots: each with what it exploits and the rule that wins.
+"""Bodies that win a task although they are not cable-driven soft robots, each with its exploit and its winning rule.
 
-Every one is physically stable. `tail` is the decoration that made such a body pass as a continuum robot.
+All are physically stable. `tail` is the decoration that made such a body pass as a continuum robot.
 """
 
 from __future__ import annotations
@@ -32,31 +32,31 @@ from aidsr.tasks import TASKS
 
 @dataclass(frozen=True)
 class Cheat:
-    """One body, where it is meant to win, and how."""
+    """A body, the task it is meant to win, and how it wins."""
 
     name: str
     exploits: str
-    """What it exploits."""
+    """What the body exploits, in words for the results page."""
     task: str
-    """Where it is meant to win, without the category."""
+    """Name, without the category, of the task that the body is meant to win."""
     mjcf: str
     rule: MakeRule
-    """The rule that wins it."""
+    """Makes the rule that wins the task."""
     part: str = "root"
-    """Its functional part."""
+    """Name of the functional part."""
     offset_m: Vec3 = (0.0, 0.0, 0.0)
-    """Where it is placed in the mount's frame."""
+    """Position of the body in the mount's frame [m]."""
     edit: Callable[[etree._Element], None] | None = None
-    """What it changes in the scene, where it brings along its own."""
+    """Changes the scene of the task, for a cheat that brings its own scene; None for all others."""
 
     @property
     def category(self) -> str:
-        """Of the task it is meant to win."""
+        """Category of the task that the body is meant to win."""
         return next(name for name in TASKS if name.rpartition("/")[2] == self.task).partition("/")[0]
 
     @property
     def robot(self) -> Robot:
-        """The body as a team would hand it in."""
+        """The body as a team would submit it."""
         return Robot(mjcf=self.mjcf, functional_part=self.part)
 
 
@@ -66,7 +66,7 @@ _WHEELS = 'type="cylinder" size="0.03 0.006" euler="90 0 0" density="600"'
 
 
 def _cart(half_m: float, axles: tuple[float, ...], drive: Callable[[str], Parts], *, joint: str = "") -> Parts:
-    """Return wheels left and right on axles; `drive` returns what drives the wheel of a name."""
+    """Return a left and a right wheel on each axle; `drive` returns the parts that drive a wheel of the given name."""
     parts = Parts()
     for number, x in enumerate(axles):
         for side, y in (("left", half_m), ("right", -half_m)):
@@ -104,7 +104,7 @@ def _wheels(
 
 
 def follow(speed: float = 0.6) -> Rule:
-    """Return the rule of a cart in the tunnel: keep to its middle line, which turns half way."""
+    """Return the rule of a cart in the tunnel: follow the tunnel's middle line, which turns half way."""
 
     def rule(time_s: float, seen: FloatArray) -> Commands:
         del time_s
@@ -120,7 +120,7 @@ def follow(speed: float = 0.6) -> Rule:
 
 
 def steer(speed: float = 0.6, gain: float = 3.0) -> Rule:
-    """Return the rule of a cart: faster on the side from which it has drifted away."""
+    """Return the rule of a cart: turn the wheels faster on the side to which the cart has drifted."""
 
     def rule(time_s: float, seen: FloatArray) -> Commands:
         del time_s
@@ -172,7 +172,7 @@ def _crank_engine() -> str:
 
 
 def crank(rad_s: float = 3.0) -> Rule:
-    """Return the rule of a radial engine: a pull that goes round, faster on the side that lags."""
+    """Return the rule of a radial engine: the cables pull in turn, faster on the side that lags."""
     phase = {"left": 0.0, "right": 0.0}
     last = [0.0]
 
@@ -184,7 +184,7 @@ def crank(rad_s: float = 3.0) -> Rule:
         for side, sign in (("left", 1.0), ("right", -1.0)):
             phase[side] = phase[side] + step_s * rad_s * (1.0 + sign * turn)  # type: ignore[assignment]
             for cable in range(3):
-                # the pin runs after the pull; angles count as the wheel turns forward
+                # the pin follows the pull; angles increase as the wheel turns forward
                 commands[f"{side}_{cable}"] = 2.0 * np.maximum(np.cos(phase[side] - 2 * np.pi * cable / 3), 0.0) - 1.0
         return commands
 
@@ -285,7 +285,7 @@ def _whegs() -> str:
 
 
 def _legs() -> str:
-    """Four rigid legs of two motor joints."""
+    """Four rigid legs with two motor joints each."""
     parts = Parts()
     for end, x in (("front", 0.06), ("rear", -0.06)):
         for side, y in (("left", 0.045), ("right", -0.045)):
@@ -311,7 +311,7 @@ def _legs() -> str:
 
 
 def trot(hertz: float = 1.5) -> Rule:
-    """Return the rule of a trot: hips swing, knees lift the feet that come forward."""
+    """Return the rule of a trot: hips swing, and knees lift the feet that move forward."""
 
     def rule(time_s: float, seen: FloatArray) -> Commands:
         turn = np.clip(3.0 * (seen[:, 1] + seen[:, 4]), -0.3, 0.3)
@@ -343,7 +343,7 @@ def _jet() -> str:
 
 
 def fly(speed_m_s: float = 0.08) -> Rule:
-    """Return the rule of a puck on thrusters: keep a speed forward and the middle of the lane."""
+    """Return the rule of a puck with thrusters: keep a forward speed [m/s] and stay in the middle of the lane."""
 
     def rule(time_s: float, seen: FloatArray) -> Commands:
         del time_s
@@ -355,7 +355,7 @@ def fly(speed_m_s: float = 0.08) -> Rule:
 
 
 def _flywheel() -> str:
-    """A closed drum with a motor wheel inside, that pushes against its own inertia and an off-centre weight."""
+    """A closed drum; a motor inside turns an off-centre weight and pushes against the weight's inertia."""
     rim = '<geom name="drum" type="cylinder" size="0.05 0.04" pos="0 0 0.05" euler="90 0 0" mass="0.1"/>'
     rotor = (
         '<body name="rotor" pos="0 0 0.05"><joint name="spin" axis="0 1 0" damping="0.0005" armature="1e-5"/>'
@@ -370,14 +370,14 @@ def _flywheel() -> str:
 
 
 def _eccentric_hoop() -> str:
-    """A hoop of which one side is heavy and starts up: it rolls by itself."""
+    """A hoop with one heavy side that starts at the top, so that the hoop rolls by itself."""
     hoop = '<geom name="hoop" type="cylinder" size="0.2 0.03" pos="0 0 0.2" euler="90 0 0" density="40"/>'
     weight = '<geom name="weight" type="sphere" size="0.02" pos="0.03 0 0.37" mass="0.8" contype="0" conaffinity="0"/>'
     return chain("tail", 'pos="0 0.031 0.2" euler="-90 0 0"', link_m=0.012, radius_m=0.004).document(hoop + weight)
 
 
 def _piston_sled(kind: str) -> str:
-    """Two blocks on a slide that push each other, on wheels with pawls that only fold one way."""
+    """Two blocks joined by a slide joint, on wheels with pawls that fold one way only. `kind`: "motor" or "cable"."""
 
     def block(name: str) -> str:
         text = f'<geom name="block_{name}" type="box" size="0.03 0.025 0.01" pos="0 0 0.035" density="500"/>'
@@ -413,12 +413,12 @@ def _piston_sled(kind: str) -> str:
 
 
 def beat(hertz: float, pattern: str) -> Rule:
-    """Return the rule that switches some actuators between their ends."""
+    """Return the rule that switches the actuators of a name pattern between the two ends of their range."""
     return lambda time_s, _seen: {pattern: 1.0 if (time_s * hertz) % 1.0 < 0.5 else -1.0}
 
 
 def _riser() -> str:
-    """A block that starts at the end of its way, with a jack that lifts most of its weight."""
+    """A block that is placed at the goal, with a jack that lifts most of its weight."""
     jack = (
         '<body name="head" pos="0 0 0.03"><joint name="jack" type="slide" axis="0 0 1" range="0 0.12" damping="5" '
         'solreflimit="0.004 1"/><geom name="head" type="box" size="0.03 0.03 0.008" density="1500"/></body>'
@@ -433,14 +433,17 @@ def _riser() -> str:
 
 
 def _plain_worm() -> str:
-    """A soft chain with cables that lies on the ground: nothing about it is a cheat but where it starts."""
+    """A soft chain with cables that lies on the ground: only its start position is a cheat."""
     return chain("worm", 'pos="-0.06 0 0.012" euler="0 90 0"', links=6, radius_m=0.01).document(
         '<geom name="plate" type="box" size="0.012 0.012 0.01" pos="-0.075 0 0.012"/>'
     )
 
 
 def _coil(ahead_m: float = 0.0, *, links: int = 10, stiffness: float = 0.03, pull_n: float = 5.0) -> str:
-    """A soft chain on the ground that its cables coil up over the plate before it; drawn ahead of its own origin."""
+    """A soft chain on the ground that its cables coil up over the plate in front of it.
+
+    `ahead_m` is how far the whole body is drawn ahead of its own origin [m].
+    """
     front_m = ahead_m + 0.025 * links
     return chain(
         "worm",
@@ -458,7 +461,7 @@ COIL = constant({"worm_front": 1.0, "worm_back": -1.0})
 # --- on a mount ---
 
 _TAIL_UP = 'pos="0.03 0 0" euler="0 90 0"'
-"""From the mount sideways."""
+"""Pose of a tail that points sideways from the mount."""
 
 
 def _jaws(
@@ -471,7 +474,7 @@ def _jaws(
     limb: Parts | None = None,
     spatial: bool = True,
 ) -> str:
-    """Two rigid jaws on a hinge each. `drive`: "motor", "cable", "fixed" or "spring"."""
+    """Two rigid jaws, each on a hinge. `drive`: "motor", "cable", "fixed" (fixed tendon) or "spring"."""
     parts = Parts()
     root = (
         f'<geom name="stem" type="cylinder" size="0.01 {hinge_m / 2}" pos="0 0 {hinge_m / 2}"/>'
@@ -524,7 +527,7 @@ def scoop(time_s: float, seen: FloatArray) -> Commands:
 # --- moved by the mount alone ---
 
 _PIN_RADIUS_M = 0.06
-"""Of the circle that the crank's pin turns on."""
+"""Radius of the circle on which the crank's pin moves [m]."""
 
 
 def _crank_rod() -> str:
@@ -535,7 +538,7 @@ def _crank_rod() -> str:
 
 
 def circle() -> Rule:
-    """Return the rule of a rod at the crank: go behind the pin, then push it around with the mount."""
+    """Return the rule of a rod at the crank: move behind the pin, then push it around with the mount."""
     pushing: list[NDArray[np.bool_]] = []
 
     def rule(time_s: float, seen: FloatArray) -> Commands:
@@ -558,7 +561,7 @@ def circle() -> Rule:
 
 
 def _knuckles() -> str:
-    """Fingers of five links, all compliance in the first hinge: rigid jaws that look like soft fingers."""
+    """Fingers of five links that bend almost only in the first hinge: rigid jaws that look like soft fingers."""
     parts = Parts()
     root = (
         '<geom name="stem" type="cylinder" size="0.01 0.06" pos="0 0 0.06"/><geom name="palm" type="box" '
@@ -583,7 +586,7 @@ def _knuckles() -> str:
 
 
 def _threaded_jaws() -> str:
-    """Rigid jaws whose cables run along a heavy tail first: each of them acts on a soft limb as well."""
+    """Rigid jaws whose cables run along a heavy tail first, so that each cable also acts on a soft limb."""
     heavy = chain("tail", _TAIL_UP, radius_m=0.007, stiffness=0.4, geom='density="2700"')
     routes = {"left": "front", "right": "back"}
     tendons = "".join(
@@ -598,7 +601,7 @@ def _threaded_jaws() -> str:
 
 
 def _heavy_spring_jaws() -> str:
-    """Spring jaws beside a soft limb so heavy that the energy of the springs is small for the robot."""
+    """Spring jaws beside a soft limb so heavy that the springs' energy is small relative to the robot's weight."""
     limb = chain(
         "tail", 'pos="0 0 -0.01" euler="180 0 0"', links=8, link_m=0.03, radius_m=0.014, stiffness=2.5, pull_n=40.0,
         geom='density="4000"',
@@ -611,7 +614,7 @@ def _heavy_spring_jaws() -> str:
 
 
 def _margin_arm() -> str:
-    """An arm too short for the button, with a ball at its tip that presses on what is 90 mm away."""
+    """An arm too short for the button. The ball at its tip has a contact margin of 90 mm and presses from afar."""
     arm = chain(
         "arm",
         'pos="0 0 0.01"',
@@ -627,7 +630,7 @@ def _margin_arm() -> str:
 
 
 def _adhesion(reach_m: float, travel_m: float) -> str:
-    """A pad that sticks to what it touches, on a weak spring."""
+    """A pad on a weak spring, with an adhesion actuator that makes it stick to what it touches."""
     pad = (
         f'<body name="pad" pos="0 0 {reach_m}"><joint name="give" type="slide" axis="0 0 1" range="{-travel_m} 0" '
         'stiffness="10" damping="1" solreflimit="0.004 1"/><geom name="pad" type="cylinder" size="0.025 0.004" '
@@ -641,7 +644,7 @@ def _adhesion(reach_m: float, travel_m: float) -> str:
 
 
 def _basket() -> str:
-    """A rigid cup where the ball arrives."""
+    """A rigid cup at the place where the ball arrives."""
     walls = '<geom name="bottom" type="cylinder" size="0.062 0.004" pos="0 0 0.07"/>'
     for k in range(12):
         a = math.radians(30.0 * k)
@@ -654,7 +657,7 @@ def _basket() -> str:
 
 
 def _petals() -> str:
-    """A cup of passive petals of three hinges each, with a ring that keeps the ball from bouncing out."""
+    """A cup of passive petals with three hinges each, whose ends form a ring that keeps the ball from bouncing out."""
     parts = Parts()
     for k in range(8):
         a = 45.0 * k
@@ -718,21 +721,21 @@ def _ghost_arm() -> str:
 
 
 def lean() -> Rule:
-    """Return the rule that pulls towards the side on which the surface is."""
+    """Return the rule that bends the arm towards the side of the surface."""
 
     def rule(time_s: float, seen: FloatArray) -> Commands:
         pull = min(time_s / 12.0, 1.0)
-        right = seen[:, 3] < 0.0  # the surface looks towards -x: it stands at +x
+        right = seen[:, 3] < 0.0  # the surface faces -x, so it stands at +x
         return {"*front": np.where(right, 2 * pull - 1, -1.0), "*back": np.where(right, -1.0, 2 * pull - 1)}
 
     return rule
 
 
 def _fingers13(drive: str) -> str:
-    """Thirteen fingers spread over the half circle in which the button may be. `drive`: "cable" or "spring"."""
+    """Thirteen fingers spread over the half circle in which the button can be. `drive`: "cable" or "spring"."""
     parts = Parts()
     for k in range(13):
-        angle = -radial(k, 13, 180.0, -90.0)  # the mount looks down: +y of the robot is -y of the world
+        angle = -radial(k, 13, 180.0, -90.0)  # the mount faces down: the robot's +y is the world's -y
         place = (
             f'pos="{0.06 * math.cos(math.radians(angle)):.5f} {0.06 * math.sin(math.radians(angle)):.5f} '
             f'0.01" euler="0 0 {angle:.3f}"'
@@ -762,7 +765,10 @@ def _fingers13(drive: str) -> str:
 
 
 def _pointer(drive: str, rest: float = 80.0) -> str:
-    """A rigid rod on two hinges about one point; with the drive "cable" an arm that bends in one place only."""
+    """A rigid rod on two motor hinges at one point or, with drive "cable", an arm that bends mostly in one joint.
+
+    `rest` is the stiffness of the arm's other joints [N m/rad].
+    """
     if drive == "cable":
         arm = chain(
             "arm",
@@ -794,7 +800,10 @@ def _pointer(drive: str, rest: float = 80.0) -> str:
 
 
 def point(kind: str) -> Callable[[], Rule]:
-    """Return the maker of the rule that turns a rod towards the button and on: it adds up what is left."""
+    """Return the function that makes the rule for a pointer: turn towards the button and press on.
+
+    The rule integrates the remaining distance. `kind`: "motor" or "cable".
+    """
 
     def make() -> Rule:
         sums: list[FloatArray] = []
@@ -815,7 +824,7 @@ def point(kind: str) -> Callable[[], Rule]:
 
 
 def _hook() -> str:
-    """A rigid hook on a mount that moves by itself."""
+    """A rigid hook for a mount with its own drives."""
     root = (
         '<geom name="rod" type="capsule" size="0.004" fromto="0 0 0 0 0 0.235"/>'
         '<geom name="finger" type="capsule" size="0.004" fromto="0 0 0.235 0.032 0 0.235"/><site name="tip" '
@@ -825,13 +834,13 @@ def _hook() -> str:
 
 
 def hook() -> Rule:
-    """Return the rule of the hook: over the bar, behind it, down, back; forward again; up and away."""
+    """Return the rule of the hook: move over the bar, behind it, down, and pull back; push forward; leave upwards."""
     phase: list[list[str]] = []
     wanted: list[FloatArray] = []
 
     def one(row: FloatArray, state: str) -> tuple[str, float, float]:
-        x, z, shut, opened = -row[0], -row[2], row[5] < 0, row[3]  # of the tip, from the handle
-        if state == "leave":  # up over the bar first, then back
+        x, z, shut, opened = -row[0], -row[2], row[5] < 0, row[3]  # position of the tip relative to the handle
+        if state == "leave":  # first up over the bar, then back
             if z < 0.034 and x > -0.03:
                 return state, 0.0, 1.0
             return ("travel" if x < -0.045 else state), -1.0, 0.0
@@ -853,7 +862,7 @@ def hook() -> Rule:
         speeds = np.zeros((len(seen), 2))
         for k, row in enumerate(seen):
             if phase[0][k] == "hooked" and row[5] > 0 and abs(row[2] - wanted[0][k]) > 0.05:
-                phase[0][k] = "rise"  # another drawer is wanted
+                phase[0][k] = "rise"  # the target is now another drawer
             if phase[0][k] == "rise":
                 moved = seen[k, 7] - started[k]
                 speeds[k] = (0.0, 1.0) if moved < 0.027 else (-1.0, 0.0)
@@ -871,7 +880,7 @@ def hook() -> Rule:
 
 
 def _brush() -> str:
-    """A pin that a soft spring presses on the wall with nearly the same force wherever the wall is."""
+    """A pin that a soft spring presses against the wall with nearly the same force at every distance of the wall."""
     pin = (
         '<body name="pin" pos="0 0 0.205"><joint name="give" type="slide" axis="0 0 1" range="-0.01 0.075" '
         'stiffness="3.5" '
@@ -883,7 +892,7 @@ def _brush() -> str:
 
 
 def sweep() -> Rule:
-    """Return the rule of a brush on a mount that moves: go to the wanted cell."""
+    """Return the rule of a brush on a moving mount: go to the target cell."""
     return lambda _time_s, seen: {
         "base_x": np.clip(20.0 * seen[:, 0], -0.6, 0.6),
         "base_z": np.clip(20.0 * seen[:, 2], -0.6, 0.6),
@@ -891,7 +900,7 @@ def sweep() -> Rule:
 
 
 def _force_field() -> str:
-    """Jaws driven by cables whose contacts act 10 mm before they touch."""
+    """Cable-driven jaws with a contact margin: their contacts act 10 mm before they touch."""
     return (
         _jaws("cable", free_m=0.016)
         .replace('<geom name="jaw_left"', '<geom name="jaw_left" margin="0.01"')
@@ -899,7 +908,7 @@ def _force_field() -> str:
     )
 
 
-# --- scenes that were changed ---
+# --- changed scenes ---
 
 
 def _section(root: etree._Element, tag: str) -> etree._Element:
@@ -917,7 +926,7 @@ def _welded(root: etree._Element) -> None:
 
 
 def _sticky(root: etree._Element) -> None:
-    """Pairs with huge friction between the object and the robot."""
+    """Add contact pairs with huge friction between the object and the robot."""
     contact = _section(root, "contact")
     for side in ("left", "right"):
         attributes = {"geom1": f"robot/jaw_{side}", "geom2": "object", "condim": "6", "friction": "50 50 5 5 5"}
@@ -925,16 +934,16 @@ def _sticky(root: etree._Element) -> None:
 
 
 def _own_motor(root: etree._Element) -> None:
-    """An actuator of the robot that lifts the object."""
+    """Add an actuator of the robot that lifts the object."""
     attributes = {"name": "robot/lift", "joint": "object_free", "gear": "0 0 1 0 0 0", "ctrlrange": "0 5"}
     etree.SubElement(_section(root, "actuator"), "motor", attributes)
 
 
 def levitate() -> Rule:
-    """Return the rule that lifts the object as the carriage rises."""
+    """Return the rule that lifts the object while the carriage rises."""
 
     def rule(time_s: float, seen: FloatArray) -> Commands:
-        low = -0.215 - seen[:, 8]  # the object lies that far below where the mount carries it
+        low = -0.215 - seen[:, 8]  # how far the object is below the place where a grip would hold it [m]
         lift_n = 0.3 + 10.0 * low + 1.0 * (0.1 * (3.0 < time_s < 4.5) - seen[:, 5])
         return {"lift": np.where(time_s > 3.0, np.clip(lift_n / 2.5 - 1.0, -1.0, 1.0), -1.0)}
 
@@ -1401,4 +1410,4 @@ CHEATS: tuple[Cheat, ...] = (
         edit=_own_motor,
     ),
 )
-"""All of them, by the task they are meant to win."""
+"""All cheats, grouped by the kind of task that they are meant to win; those with a changed scene come last."""

@@ -1,4 +1,4 @@
-"""That honest robots are not refused with those that cheat: built-in designs of every task.
+"""Check that the rules against cheats do not refuse honest robots: built-in designs of the 14 tasks in sample.
 
 python -m benchmarks.cheats.honest
 """
@@ -28,14 +28,14 @@ Row = dict[str, Any]
 
 
 def main() -> None:
-    """Look at all of them, and write what was found."""
+    """Check all designs, and write the findings."""
     argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
     lines = [json.dumps(look(load_task(name), seed)) + "\n" for name in TASKS_IN_SAMPLE for seed in SEEDS]
     FOUND.write_text("".join(lines), encoding="utf-8")
 
 
 def design(task: Task, seed: int) -> tuple[str, Robot, str]:
-    """Return family, robot and scene of the first built-in design of a task."""
+    """Return the family, the robot and the scene's MJCF of the first built-in design of a task."""
     brief, team = task.brief(), builtin.team(seed)
     concept = team.designer.propose(brief, 1)[0]
     robot = team.coder.write(brief, concept)
@@ -44,7 +44,7 @@ def design(task: Task, seed: int) -> tuple[str, Robot, str]:
 
 
 def look(task: Task, seed: int) -> Row:
-    """Return which checks of the evaluation that need no episode refuse a built-in design."""
+    """Return the row of a built-in design: the checks of the evaluation that refuse it without an episode."""
     family, robot, mjcf = design(task, seed)
     scene = TaskScene.of(mjcf, task, groups=robot.actuator_groups)
     refused = list(refusals(scene))

@@ -1,12 +1,12 @@
-"""Every body that cheats at every task: how it is refused, as a table.
+"""How every cheating body is refused at every task, as a table.
 
     make cheats
     make cheats STATIC=1
 
-A cell is decided by what is cheapest: the placement, the validator, then simple rules on few episodes, and on as many
-as an evaluation takes where one of them wins. results.jsonl keeps a line for each cell with the commit of the code, and
-what is there is not decided again unless `--again` asks for it; results.md is made of it. `--static` stops before
-playing.
+Each cell (a body at a task) is decided by the cheapest test that refuses it: first the placement and the validator,
+then simple rules on 4 episodes. A rule that wins one of them is evaluated on 20. results.jsonl keeps a line for each
+cell with the commit of the code; decided cells are not decided again without `--again`. results.md is made from
+results.jsonl. `--static` stops before playing.
 """
 
 from __future__ import annotations
@@ -36,9 +36,10 @@ from aidsr.tasks import BENCHMARK_VERSION, TASKS, Task, is_current, load_task
 HERE = Path(__file__).parent
 RESULTS, PAGE = HERE / "results.jsonl", HERE / "results.md"
 TRIED = 4
-"""Episodes of a rule before it is judged."""
+"""Number of episodes on which a rule is tried first; a rule that wins none of them is dropped."""
 PLAYED = 20
-"""Episodes by which it is judged. A verdict has 100; a body that wins fewer than half of 20 is not tried on more."""
+"""Number of episodes on which a rule is evaluated. A verdict has 100 episodes, but here 20 must do: a body that wins
+fewer than half of them is not tried on more."""
 
 WAYS = {
     "placement": "it cannot be placed",
@@ -50,13 +51,13 @@ WAYS = {
     "undecided": "not played",
     "NOT REFUSED": "valid and successful",
 }
-"""How a body is refused, in the order in which that is looked for."""
+"""Ways in which a body can be refused, with the words of the page."""
 
 Row = dict[str, Any]
 
 
 def main() -> None:
-    """Decide what is not decided yet, and write the page."""
+    """Decide the undecided cells, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--tasks", nargs="+", default=[name.rpartition("/")[2] for name in TASKS])
     parser.add_argument("--bodies", nargs="+", default=[cheat.name for cheat in CHEATS])
@@ -82,12 +83,12 @@ def main() -> None:
 
 
 def key(row: Row) -> tuple[str, str, str]:
-    """Return what a cell is about."""
+    """Return the key of a cell: body, fingerprint of the body, and task."""
     return row["body"], row["sha256"], row["task"]
 
 
 def current() -> list[Row]:
-    """Return the rows of this version of the benchmark and of bodies as they are, undecided cells left out."""
+    """Return the rows that hold for today's version of the benchmark and today's bodies, without undecided cells."""
     bodies = {(cheat.name, fingerprint(cheat)) for cheat in CHEATS}
     return [
         row
@@ -99,14 +100,14 @@ def current() -> list[Row]:
 
 
 def cells(body: str, names: Sequence[str], static: bool = False) -> list[Row]:
-    """Return how a body is refused at some tasks."""
+    """Return the rows of a body at the named tasks."""
     cheat = next(one for one in CHEATS if one.name == body)
     facts = {"body": body, "sha256": fingerprint(cheat), "benchmark_version": BENCHMARK_VERSION, "commit": commit()}
     return [{**facts, "task": name, **refusal(cheat, load_task(name), static)} for name in names]
 
 
 def refusal(cheat: Cheat, task: Task, static: bool) -> Row:
-    """Return how, by which codes or checks and with which sentence a body is refused at a task, and what it won."""
+    """Return how a body is refused at a task: the way, the codes or checks, a sentence, and the episodes won."""
     report = _alone(cheat, task.environment if is_own(cheat, task) else "", task.base == "free")
     if not report.stable:
         return _by_validator(report)
@@ -134,7 +135,7 @@ def _alone(cheat: Cheat, environment: str, free: bool) -> ValidationReport:
 
 
 def _by_validator(report: ValidationReport) -> Row:
-    """Return what the validator finds wrong: that it is out of scope before all else."""
+    """Return the refusal by the validator: errors of scope if there are any, otherwise all errors."""
     scope = [fault for fault in report.errors if fault.layer == "scope"]
     faults = scope or report.errors
     codes = list(dict.fromkeys(fault.code for fault in faults))
@@ -143,7 +144,7 @@ def _by_validator(report: ValidationReport) -> Row:
 
 
 def _by_playing(cheat: Cheat, task: Task, scene: TaskScene) -> Row:
-    """Return what the best of some simple rules comes to."""
+    """Return the result of playing simple rules: the first that wins half of the episodes, otherwise the best one."""
     best: Row = {"how": "unsuccessful", "codes": [], "wins": 0, "episodes": TRIED, "rule": ""}
     for name, make in rules(cheat, task, scene):
         if not play(scene, make, TRIED).success.any():
@@ -167,7 +168,7 @@ def _by_playing(cheat: Cheat, task: Task, scene: TaskScene) -> Row:
 
 
 def _sentence(failed: Sequence[PlausibilityCheck]) -> str:
-    """Return what the check that says most about the body has measured."""
+    """Return a sentence on the most telling failed check, with its measurement."""
     check = next((one for one in failed if one.name.startswith(("starts", "functional", "needs"))), failed[0])
     if check.measured is None or check.name.startswith("needs"):
         return check.message
@@ -178,7 +179,7 @@ def _sentence(failed: Sequence[PlausibilityCheck]) -> str:
 
 
 def page() -> str:
-    """Return all that was decided as a page."""
+    """Return the page on all decided cells as Markdown."""
     rows = {(row["body"], row["task"]): row for row in current()}
     if not rows:
         return f"# Bodies that cheat\n\nNothing was decided in version {BENCHMARK_VERSION} yet.\n"

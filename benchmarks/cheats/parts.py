@@ -1,4 +1,4 @@
-"""Parts of MJCF from which the bodies that cheat are written, and the rules that play them."""
+"""Parts of MJCF from which the cheating bodies are built, and the rules that play them."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from aidsr.learn.episodes.scene import TaskScene
 
 FloatArray = NDArray[np.float64]
 Commands = Mapping[str, float | FloatArray]
-"""Actions, -1 to 1, by pattern of the actuator's name without "robot/"; what no pattern names stays at rest."""
+"""Actions, -1 to 1, by pattern of the actuator's name without "robot/"; other actuators keep their action at rest."""
 Rule = Callable[[float, FloatArray], Commands]
-"""What to do at a time [s] and the task's features, (n, k)."""
+"""Returns the commands for a time [s] and the task's features, (n, k), of n episodes."""
 MakeRule = Callable[[], Rule]
-"""Makes a rule, which may keep what it has seen of its episodes."""
+"""Makes a rule. A rule may have state, which belongs to its episodes."""
 
 
 @dataclass(frozen=True)
@@ -41,8 +41,8 @@ class Parts:
         """Return the MJCF of a robot.
 
         Args:
-            root: Joints, geoms and sites of its only root body.
-            attributes: Of that body.
+            root: Joints, geoms and sites of the only root body.
+            attributes: Attributes of the root body.
         """
         sections = [
             ("tendon", self.tendons),
@@ -79,17 +79,17 @@ def chain(
 
     Args:
         name: Prefix of all names.
-        place: Attributes of its first body: pos, euler.
-        links: How many.
-        link_m: Length of each [m].
-        radius_m: Radius [m].
-        stiffness: Of the hinges, one number or one for each [N m/rad].
-        pull_n: Greatest tension [N].
-        sides: "front", "back", "left", "right": with the last two, links turn about both axes.
+        place: Attributes of the first body: pos, euler.
+        links: Number of links.
+        link_m: Length of each link [m].
+        radius_m: Radius of the links [m].
+        stiffness: Stiffness of the hinges, one number for all or one for each link [N m/rad].
+        pull_n: Largest tension of a cable [N].
+        sides: Sides with a cable: "front", "back", "left", "right". With "left", links turn about both axes.
         geom: Further attributes of the geoms.
-        damping: Of the hinges, a twentieth of their stiffness unless given [N m s/rad].
-        end: Elements of the last link.
-        last_geom: Attributes of the last link's geom in the place of `geom`.
+        damping: Damping of the hinges [N m s/rad]. By default a twentieth of the stiffness, at least 0.002.
+        end: Further elements of the last link.
+        last_geom: Attributes of the last link's geom, instead of `geom`.
     """
     out = radius_m + 0.003
     at = {"front": (out, 0.0), "back": (-out, 0.0), "left": (0.0, out), "right": (0.0, -out)}
@@ -127,12 +127,12 @@ def chain(
 
 
 def tail(place: str = 'pos="0 0 0.02"') -> Parts:
-    """Return five small links with two cables, which the job has no use for."""
+    """Return a limb of five small links with two cables, which does nothing for the task."""
     return chain("tail", place)
 
 
 def radial(number: int, of: int, span_deg: float = 360.0, start_deg: float = 0.0) -> float:
-    """Return the angle of one of several parts around the z axis [deg]."""
+    """Return the angle [deg] of part `number` of `of` parts that are spread around the z axis."""
     return start_deg + span_deg * number / (of if span_deg == 360.0 else of - 1)
 
 
@@ -140,7 +140,7 @@ def radial(number: int, of: int, span_deg: float = 360.0, start_deg: float = 0.0
 
 
 def idle(time_s: float, seen: FloatArray) -> Commands:
-    """Do nothing."""
+    """Return no commands."""
     del time_s, seen
     return {}
 
@@ -151,14 +151,14 @@ def constant(commands: Commands) -> Rule:
 
 
 def then(first: Commands, start_s: float, later: Commands) -> Rule:
-    """Return the rule that changes its commands once."""
+    """Return the rule that gives the first commands before `start_s` [s] and the later ones from then on."""
     return lambda time_s, _seen: first if time_s < start_s else later
 
 
 class Player:
-    """Plays a rule on the episodes of a scene, as a policy does.
+    """Policy that plays a rule on the episodes of a scene.
 
-    Episodes that are played again start with the same observations: from there the rule starts again as well.
+    When the very first observations appear again, the episodes are being played again, and a new rule is made.
     """
 
     def __init__(self, scene: TaskScene, make: MakeRule) -> None:

@@ -1,4 +1,4 @@
-"""How a body that cheats does at a task: it is placed, played by a rule, and judged."""
+"""Placement of a cheating body in a task, and episodes of the body under simple rules."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from aidsr.sim.assembly import assemble
 from aidsr.tasks import Task
 
 _CLEAR_M = 0.0005
-"""Of the ground, where a free body is placed."""
+"""Clearance above the ground at which a free body is placed [m]."""
 
 
 def place(cheat: Cheat, task: Task) -> str:
-    """Return the MJCF of the scene in which a body is tried: on its own task placed and changed as its record asks.
+    """Return the MJCF of the scene in which a body is tried. At its own task, its offset and its edit are applied.
 
     Raises:
-        MjcfError: It cannot be placed.
+        MjcfError: The body cannot be placed.
     """
     free, own = task.base == "free", is_own(cheat, task)
     x, y, z = cheat.offset_m if own else (0.0, 0.0, 0.0)
@@ -46,7 +46,7 @@ def is_own(cheat: Cheat, task: Task) -> bool:
 
 
 def lift_m(mjcf: str) -> float:
-    """Return how far a body has to be lifted to stand on the ground [m]."""
+    """Return how far a body must be lifted to stand on the ground [m]."""
     model = mujoco.MjModel.from_xml_string(mjcf)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
@@ -62,7 +62,11 @@ def lift_m(mjcf: str) -> float:
 
 
 def rules(cheat: Cheat, task: Task, scene: TaskScene) -> Iterator[tuple[str, MakeRule]]:
-    """Yield the simple rules that a body is played by, with a name each: the one that wins its own task comes first."""
+    """Yield the names and the makers of the simple rules for a body at a task.
+
+    The body's own rule comes first. It is used at the body's own task and, for bodies of locomotion or grasping, at all
+    tasks of that category.
+    """
     category = task.name.partition("/")[0]
     if is_own(cheat, task) or (category == cheat.category and category in ("locomotion", "grasping")):
         yield "its own rule", cheat.rule
@@ -75,6 +79,6 @@ def rules(cheat: Cheat, task: Task, scene: TaskScene) -> Iterator[tuple[str, Mak
 
 
 def play(scene: TaskScene, make: MakeRule, episodes: int) -> EpisodeOutcomes:
-    """Return how the first held-out episodes go under a rule."""
+    """Return the outcomes of the first held-out episodes under a rule."""
     drawn = [scene.task.variation("held_out", index) for index in range(episodes)]
     return rollout(Episodes(scene.model, scene.task, scene.actions, drawn, threads=1), Player(scene, make))

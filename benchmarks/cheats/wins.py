@@ -1,9 +1,9 @@
-"""That bodies which cheat would win: each at its own task, judged by the code as it stands.
+"""Show that cheating bodies win: each body at its own task, evaluated by the code that is installed.
 
     python -m benchmarks.cheats.wins --out benchmarks/cheats/before.jsonl
 
-Made once with the code from before such bodies were refused; before.jsonl holds what it found. What is in the
-file is not played again, unless the body has changed.
+before.jsonl was made once, with the code from before such bodies were refused. A body that is in the file is not
+played again unless it has changed.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ Row = dict[str, Any]
 
 
 def main() -> None:
-    """Play what is not in the file yet."""
+    """Play the bodies that are not in the file yet."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=BEFORE)
     parser.add_argument("--bodies", nargs="+", default=[cheat.name for cheat in CHEATS])
@@ -44,17 +44,17 @@ def main() -> None:
 
 
 def read_rows(path: Path) -> list[Row]:
-    """Return the rows of a file, none where there is no file."""
+    """Return the rows of a file, none if there is no file."""
     return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()] if path.exists() else []
 
 
 def fingerprint(cheat: Cheat) -> str:
-    """Return what changes with the body."""
+    """Return a short hash of the body's MJCF. It does not cover the rule, the offset and the edit of the scene."""
     return hashlib.sha256(cheat.mjcf.encode()).hexdigest()[:12]
 
 
 def commit() -> str:
-    """Return the commit of the code that is run."""
+    """Return the commit of the running code."""
     import aidsr
 
     home = Path(aidsr.__file__).parent
@@ -65,7 +65,7 @@ def commit() -> str:
 
 
 def win(cheat: Cheat) -> Row:
-    """Return how a body does at its own task, and what validator and evaluation find wrong with it."""
+    """Return the row of a body at its own task: episodes won, errors of the validator, failed checks."""
     task = load_task(cheat.task)
     mjcf = place(cheat, task)
     alone = validate(cheat.mjcf, mount="free" if task.base == "free" else "fixed", environment=task.environment)

@@ -1,8 +1,8 @@
-"""How many bytes a Coder's repair sends to a model: by patch of a shortened view, and with the whole file.
+"""How many bytes a Coder's repair sends to a model: as a patch of a shortened view, and with the whole file.
 
-The robots are those of the built-in team, made worse in a way that language models' robots often are (joints too soft
-and undamped), so that the validator has its usual things to say. Nothing is asked of any model: what would be sent is
-counted.
+The robots are those of the built-in team, made worse in a way that is common in robots of language models (joints too
+soft and undamped), so that the validator reports its usual faults. No model is called: the program counts the bytes
+that would be sent.
 
     python benchmarks/economy/prompt_bytes.py
 """
@@ -31,7 +31,7 @@ TASKS = ("button_pushing", "simple_grasping", "flat_ground", "drawer_opening")
 
 @dataclass
 class Counter:
-    """A model that counts what it is sent and answers nothing of use."""
+    """Model that counts the bytes it is sent and gives a useless answer."""
 
     name: str = "counter"
     sent: int = 0
@@ -44,7 +44,7 @@ class Counter:
 
 
 def sent_for_repair(task: str, number: int) -> tuple[str, int, int, int]:
-    """Return the family, the bytes of the robot's MJCF and the bytes that its repair sends: whole, and by patch."""
+    """Return the family, the bytes of the robot's MJCF, and the bytes that its repair sends: whole file, and patch."""
     brief = load_task(task).brief()
     rules = builtin.team(seed=1)
     concept = rules.designer.propose(brief, 3)[number]
@@ -55,14 +55,14 @@ def sent_for_repair(task: str, number: int) -> tuple[str, int, int, int]:
     sent = []
     for edits in (False, True):
         counter = Counter()
-        with contextlib.suppress(ReplyError):  # the counter has no answer; what was sent is all that is wanted
+        with contextlib.suppress(ReplyError):  # the counter gives no usable answer
             agents.team(counter, reasks=0, edits=edits).coder.repair(brief, concept, robot, report)
         sent.append(counter.sent)
     return concept.family, len(worse.encode()), *sent
 
 
 def main() -> None:
-    """Count, and write results.md."""
+    """Count the bytes and write results.md."""
     lines, ratios = [], []
     for task in TASKS:
         for number in range(3):

@@ -1,10 +1,10 @@
-"""How many approved designs could be built, and what keeps the rest from it.
+"""How many approved designs can be built, and which faults prevent the others.
 
     python benchmarks/fabrication/run.py runs --jobs 2
     python benchmarks/fabrication/run.py 'build/builtin-300000/runs/builtin/*/2' --jobs 2 --policy
 
-Exports every approved design under a folder of runs or studies, or under all that a pattern names. What is there is
-kept, so that a stopped command goes on.
+Exports every approved design below a folder of runs or studies, or below all folders that match a pattern. Exports that
+exist are kept, so that a stopped command can be continued.
 """
 
 from __future__ import annotations
@@ -61,8 +61,8 @@ def main() -> None:
 
 
 def approved(runs: str) -> list[Path]:
-    """Return the folders of all approved designs below folders of a pattern, however deep, in order."""
-    found, homes = [], glob.glob(runs)  # noqa: PTH207 - a pattern may be absolute, which that of a Path may not
+    """Return the sorted folders of all approved designs, at any depth, below the folders that match a pattern."""
+    found, homes = [], glob.glob(runs)  # noqa: PTH207 - Path.glob refuses absolute patterns
     for path in sorted(path for home in homes for path in Path(home).rglob("designs/*/outcome.json")):
         outcome = DesignFolder(path.parent).outcome.read()
         if outcome is not None and outcome.outcome == "approved":
@@ -71,7 +71,7 @@ def approved(runs: str) -> list[Path]:
 
 
 def _row(design: Path, out: Path, printer: str, material: str | None, policy: bool) -> Row:
-    """Export one design, unless that was done, and return what came of it."""
+    """Export one design, unless its export exists, and return its row of the table."""
     run = design.parent.parent
     folder = out / f"{run.name}_{design.name}"
     concept = json.loads(sorted(design.glob("*/concept.json"))[-1].read_text())
@@ -100,7 +100,7 @@ def _row(design: Path, out: Path, printer: str, material: str | None, policy: bo
 
 
 def account(rows: Sequence[Row], command: str) -> str:
-    """Return what became of designs as Markdown: the share that can be built, what keeps the rest, and each design."""
+    """Return the report as Markdown: the share of designs that can be built, the faults of the others, each design."""
     good = sum(row["verdict"].startswith("buildable") for row in rows)
     share = wilson(good, len(rows))
     verdicts = Counter(row["verdict"] for row in rows)

@@ -1,1 +1,1 @@
-"""What policies learn on a fixed suite of scenes, protocol beside protocol."""
+"""Comparison of training protocols on a fixed suite of scenes."""

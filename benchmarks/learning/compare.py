@@ -1,13 +1,14 @@
-"""Train every scene of the suite in every way, and keep how success grows with computation.
+"""Train every scene of the suite in several ways, and record how success grows with computation.
 
     python -m benchmarks.learning.compare --half decide --ways paper best --steps 60000
 
-The ways are the protocols, and `sb3`: PPO with the defaults of Stable-Baselines3, on eight simulations, as a user would
-write it; its last rollout may go beyond the budget. Each training uses one thread. A curve has the state of its policy
-at some checkpoints: control steps, processor seconds and wall time spent so far, evaluations left out, and the share of
-20 development variations, never trained on, that it wins without noise. In these evaluations an episode without
-progress for 8 s is counted as lost, which spares most of their time; the last one plays every episode to its end. Rows
-go to results.jsonl; the same command goes on with what is left, and several may share the file.
+The ways are the training protocols and `sb3`: PPO with the defaults of Stable-Baselines3 on eight simulations, as a
+user would write it; its last rollout may exceed the budget. Each training uses one thread. The policy is evaluated
+several times during training. Each point of the curve has the control steps, processor seconds and wall time spent so
+far, without the evaluations, and the share of 20 development variations, never trained on, that the policy wins without
+noise. In these evaluations an episode without progress for 8 s is counted as lost, which saves most of their time; the
+last evaluation plays every episode to its end. Rows go to results.jsonl. The same command continues with the trainings
+that are missing, and several commands may share the file.
 """
 
 from __future__ import annotations
@@ -46,27 +47,28 @@ from aidsr.tasks.readings import FloatArray
 
 RESULTS = Path(__file__).with_name("results.jsonl")
 EPISODES = 20
-"""Development variations, from the first that training never samples."""
+"""Number of development variations in an evaluation, starting at the first that training never samples."""
 _STALLED_S = 8.0
-"""Longer than any wait in a won episode of the built-in policies; our choice."""
+"""Time without progress after which an episode is counted as lost [s]. Our choice: longer than any wait in a won
+episode of the built-in policies."""
 _EVALUATIONS = 10
-"""At most, over the budget."""
+"""Approximate number of evaluations during the budget."""
 _DEFAULT_SIMULATIONS = 8
-"""Of the way `sb3`, as in benchmarks/rl."""
+"""Number of simulations of the way `sb3`, as in benchmarks/rl."""
 
 Way = Literal["sb3", "paper", "best"]
 WAYS: tuple[Way, ...] = get_args(Way)
 
 
 class Point(Artifact):
-    """A policy while it learns."""
+    """One evaluation of a policy during training."""
 
     steps: int
     processor_s: float
     wall_s: float
     success: float
     progress: float
-    """Mean of the best of each episode."""
+    """Mean, over the episodes, of the best progress of each."""
 
 
 class Row(Artifact):
@@ -89,12 +91,12 @@ class Row(Artifact):
 
     @property
     def category(self) -> str:
-        """Of its task."""
+        """Category of the task."""
         return self.task.partition("/")[0]
 
 
 def main() -> None:
-    """Train what is left."""
+    """Run the trainings that are missing."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--half", choices=("decide", "aside"), help="both unless named")
     parser.add_argument("--scenes", nargs="+", help="names, all of the half unless given")
@@ -113,7 +115,7 @@ def main() -> None:
 
 
 def rows_of(path: Path) -> list[Row]:
-    """Return what is known."""
+    """Return the rows of a file, none if there is no file."""
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
     return [Row.model_validate_json(line) for line in lines]
 
@@ -167,7 +169,7 @@ def learn(asked: SuiteScene, way: Way, seed: int, steps: int) -> Row:
 
 
 class _Curve:
-    """Points of a training, evaluated with its clocks stopped."""
+    """Points of a training's curve. The clocks are stopped during evaluations."""
 
     def __init__(self) -> None:
         self.points = list[Point]()
@@ -182,7 +184,7 @@ class _Curve:
         self._wall_s -= time.perf_counter() - now[1]
 
     def add(self, steps: int, scene: TaskScene, policy: Policy, smoothing: float, stalled_s: float) -> None:
-        """Evaluate a policy; the clocks are stopped."""
+        """Evaluate a policy with the clocks stopped, and add the point."""
         spent = self._processor_s + time.process_time(), self._wall_s + time.perf_counter()
         with self.stopped():
             success, progress = success_of(scene, policy, smoothing, stalled_s)
@@ -201,24 +203,24 @@ class _Watch:
         self._every, self._next, self._steps = steps // _EVALUATIONS, 0, 0
 
     def listen(self, point: CurvePoint) -> None:
-        """Evaluate the newest checkpoint, if there is one and the last was long ago."""
+        """Evaluate the newest checkpoint, if there is one and the last evaluation was a tenth of the budget ago."""
         self._steps = point.steps
         if point.steps >= self._next:
             self._next = point.steps + self._every
             self._evaluate(_STALLED_S)
 
     def finished(self) -> list[Point]:
-        """Return the curve, with the policy that is left at its end."""
+        """Evaluate the final policy and return the curve."""
         self._evaluate(np.inf)
         return self._curve.points
 
-    @torch.random.fork_rng()  # loading a network draws numbers that training would draw
+    @torch.random.fork_rng()  # loading a network draws random numbers, which must not change those of training
     def _evaluate(self, stalled_s: float) -> None:
         with self._curve.stopped():
             kept = [folder for folder in (self.folder, self.folder / "checkpoint") if (folder / "policy.zip").exists()]
             if not kept:
-                return  # nothing is known yet
-            recipe = TrainingFolder(self.folder).read("config.json", TrainingConfig).recipe  # with a motion, if one won
+                return  # no policy is saved yet
+            recipe = TrainingFolder(self.folder).read("config.json", TrainingConfig).recipe  # has a motion, if one won
             acted_in = recipe.acting_in(self._scene)
             policy = TrainedPolicy.load(kept[0], recipe, acted_in.actions.size)
         self._curve.add(self._steps, acted_in, policy, recipe.smoothing, stalled_s)
@@ -242,17 +244,17 @@ def _learn_with_defaults(scene: TaskScene, seed: int, steps: int) -> list[Point]
 
 @dataclass(frozen=True)
 class _Plain:
-    """A policy of Stable-Baselines3 without noise."""
+    """A Stable-Baselines3 policy that acts without noise."""
 
     model: PPO
 
     def act(self, observation: NDArray[np.floating]) -> FloatArray:
-        """See `Policy`."""
+        """Return the actions; see `Policy`."""
         return np.asarray(self.model.predict(observation.astype(np.float32), deterministic=True)[0], dtype=np.float64)
 
 
 class _EachUpdate(BaseCallback):
-    """Evaluates what an update has made."""
+    """Callback that evaluates the policy after an update, about every tenth of the budget."""
 
     def __init__(self, curve: _Curve, scene: TaskScene, steps: int) -> None:
         super().__init__()
@@ -269,13 +271,13 @@ class _EachUpdate(BaseCallback):
 
 
 def success_of(scene: TaskScene, policy: Policy, smoothing: float, stalled_s: float) -> tuple[float, float]:
-    """Return the share of development variations that a policy wins, and its mean progress.
+    """Return the share of development variations that a policy wins, and its mean best progress.
 
     Args:
-        scene: What it acts in.
-        policy: Without noise.
-        smoothing: What it was trained with.
-        stalled_s: An episode without progress for so long is lost.
+        scene: Scene in which the policy acts.
+        policy: The policy, without noise.
+        smoothing: Smoothing of actions with which the policy was trained.
+        stalled_s: Time without progress after which an episode is counted as lost [s].
     """
     variations = [scene.task.variation("development", DEVELOPMENT + index) for index in range(EPISODES)]
     episodes = Episodes(scene.model, scene.task, scene.actions, variations, threads=1, smoothing=smoothing)

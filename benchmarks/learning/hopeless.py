@@ -1,9 +1,10 @@
-"""Is a training hopeless in which no episode without noise has succeeded after most of its steps?
+"""Is a training hopeless if no episode without noise has succeeded after most of its steps?
 
     python -m benchmarks.learning.hopeless build/teams/four-roles/*/designs/*/training/best-60000
 
-Keeps of each judged training of protocol `best`, in hopeless.jsonl, when it first won and what its policy is worth;
-then counts how often the rule `--stop-hopeless` would have ended one that succeeds. Without folders it only counts.
+Records in hopeless.jsonl, for each evaluated training of protocol `best`, when it first succeeded and the success share
+of its policy. Then counts how often the rule `--stop-hopeless` would have ended a training that succeeds. Without
+folders it only counts.
 """
 
 from __future__ import annotations
@@ -25,22 +26,22 @@ RESULTS = Path(__file__).with_name("hopeless.jsonl")
 
 
 class Ended(Artifact):
-    """How one training went."""
+    """Result of one training."""
 
     scene_sha256: str
     task: str
     steps: int
     """Budget of control steps."""
     first_won: int | None
-    """Steps at the first point of its curve with a success; None without any."""
+    """Control steps at the first point of the curve with a success; None if there is none."""
     success_share: float
-    """Of the held-out episodes of its evaluation, 20 or 100."""
+    """Share of successes in the 20 or 100 held-out episodes of the evaluation."""
     in_view: bool = False
-    """Whether the steps of `--task-training` were chosen with this one in view (benchmarks/trial)."""
+    """Whether the steps of `--task-training` were chosen with this training in view (see benchmarks/trial)."""
 
 
 def main() -> None:
-    """Keep what the folders hold, and print the count."""
+    """Record the trainings in the folders, and print the counts."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("trainings", nargs="*", type=Path, help="folders of trainings")
     known = kept()
@@ -60,13 +61,13 @@ def main() -> None:
 
 
 def kept() -> list[Ended]:
-    """Return what is known."""
+    """Return the recorded trainings."""
     lines = RESULTS.read_text(encoding="utf-8").splitlines() if RESULTS.exists() else []
     return [Ended.model_validate_json(line) for line in lines]
 
 
 def ended_in(training: Training) -> Ended | None:
-    """Return how a training went; None where it was not judged, or began with a script and not from nothing."""
+    """Return the result of a training; None if it was not evaluated, or if it began with a script."""
     verdict, config = training.evaluation.read(), training.config.read()
     if verdict is None or config is None or config["recipe"].get("script"):
         return None
@@ -81,7 +82,11 @@ def ended_in(training: Training) -> Ended | None:
 
 
 def told(trainings: Sequence[tuple[int | None, int, float]]) -> str:
-    """Return how many trainings the rule ends, and how many of these win half of their episodes, in words."""
+    """Return in words how many trainings the rule ends, and how many of these win at least half of their episodes.
+
+    Args:
+        trainings: Steps of the first success (None without one), budget of steps, and final success share of each.
+    """
     ends = [share for won, steps, share in trainings if won is None or won >= HOPELESS_AFTER * steps]
     wrong = Rate(sum(share >= SUCCESSFUL_SHARE for share in ends), len(ends))
     successful = sum(share >= SUCCESSFUL_SHARE for _, _, share in trainings)

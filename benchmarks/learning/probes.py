@@ -2,7 +2,7 @@
 
     python -m benchmarks.learning.probes
 
-Rows go to probes.jsonl; the same command goes on with what is left.
+Rows go to probes.jsonl. The same command continues with the scenes that are missing.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ VARIATIONS = 4
 
 
 class Probe(Artifact):
-    """What the probe finds for one scene."""
+    """Result of the probe for one scene."""
 
     scene: str
     some_motion: int
-    """Variations of the four for which some motion wins."""
+    """Number of the four variations for which some motion wins."""
     one_motion: int
-    """Of these, the variations that one and the same motion wins."""
+    """Largest number of the four variations that one and the same motion wins."""
     progress: float
     steps: int
-    """Physics steps of all its simulations together."""
+    """Physics steps of all simulations of the probe together."""
     benchmark_version: int
     commit: str
 
 
 def main() -> None:
-    """Probe what is left."""
+    """Probe the scenes that are missing."""
     argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
     for scene in suite():
         if scene.name in probes_of(PROBES):
@@ -60,7 +60,7 @@ def main() -> None:
 
 
 def probes_of(path: Path) -> dict[str, Probe]:
-    """Return what is known of the present version of the benchmark, by scene."""
+    """Return the recorded probes that hold for the present version of the benchmark, by scene."""
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
     probes = [Probe.model_validate_json(line) for line in lines]
     tasks = {scene.name: scene.task for scene in suite()}

@@ -18,12 +18,12 @@ from benchmarks.learning.suite import Half
 from aidsr.core.artifacts import SUCCESSFUL_SHARE
 
 _MOSTLY = 3
-"""Variations of the probe's four from which a scene counts as one that can be won."""
+"""A scene counts as winnable if some motion wins at least this number of the probe's four variations."""
 _COLOURS = {"sb3": "#888888", "paper": "#9a5b13", "best": "#1f5fa8"}
 
 
 def main() -> None:
-    """Write both."""
+    """Write the page and the picture of the curves."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rows", type=Path, default=RESULTS)
     rows = rows_of(parser.parse_args().rows)
@@ -38,11 +38,11 @@ def reached(row: Row) -> Point | None:
 
 
 def page_of(rows: Sequence[Row], probes: Mapping[str, Probe]) -> str:
-    """Return the page.
+    """Return the page as Markdown.
 
     Args:
-        rows: Trainings; of the same one the last counts.
-        probes: By scene.
+        rows: Trainings; of several rows of the same training the last counts.
+        probes: Probe of each scene.
     """
     lines = [
         "# What the protocols reach on the suite",
@@ -86,7 +86,7 @@ def _half(rows: Sequence[Row], probes: Mapping[str, Probe], half: Half) -> list[
 
 
 def _winnable(best: Sequence[Row], probes: Mapping[str, Probe]) -> str:
-    """Return how many trainings of `best` end at half of the episodes where the probe mostly wins."""
+    """Return, for the scenes that the probe mostly wins, how many trainings of `best` win half of the episodes."""
     asked = [row for row in best if row.scene in probes and probes[row.scene].some_motion >= _MOSTLY]
     failed = [row for row in asked if row.curve[-1].success < SUCCESSFUL_SHARE]
     told = f"; not {', '.join(sorted({row.scene for row in failed}))}" if failed else ""
@@ -126,7 +126,7 @@ def _summary(rows: Sequence[Row]) -> str:
 
 
 def curves(rows: Sequence[Row]) -> str:
-    """Return success over processor seconds as a picture, one small panel a scene."""
+    """Return success over processor seconds as an SVG picture with one small panel per scene."""
     scenes = sorted({(row.half != "decide", row.scene) for row in rows})
     width, height, across = 220, 120, 4
     down = -(-len(scenes) // across)

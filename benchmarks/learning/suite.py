@@ -1,7 +1,8 @@
-"""The fixed suite on which ways of learning are compared: one file a scene, and which half it belongs to.
+"""The fixed suite of scenes on which ways of learning are compared: one file per scene.
 
 A file holds the robot and its placement, not the whole scene, so that a scene follows its task from version to version
-of the benchmark. Half of the scenes, `aside`, may be looked at only when the choice between ways of learning is made.
+of the benchmark. It also names the scene's half: ways of learning are chosen by the half `decide` alone, and the half
+`aside` may be looked at only after that choice.
 """
 
 from __future__ import annotations
@@ -20,14 +21,14 @@ Half = Literal["decide", "aside"]
 
 
 class SuiteScene(Artifact):
-    """A robot for a task."""
+    """A robot, its placement and its task."""
 
     name: str
     task: str
     half: Half
     author: Literal["language model", "built-in rules"]
     origin: str
-    """Where the robot comes from, enough to find it again."""
+    """Origin of the robot, in enough detail to find it again."""
     robot: Robot
     placement: Placement
 

@@ -1,9 +1,9 @@
-"""What became of runs that a language model answered through `--model manual:DIRECTORY`.
+"""Tabulate runs that a language model answered through `--model manual:DIRECTORY`.
 
     aidsr design --task button_pushing --model manual:desk --runs runs --seed 1     # and somebody answers
     python benchmarks/manual/table.py runs/*
 
-Each run's questions and replies are copied to transcripts/TASK, and a row for each design goes to results.md.
+Each run's questions and replies are copied to transcripts/TASK, and each design gets a row in results.md.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ HERE = Path(__file__).parent
 
 @dataclass(frozen=True)
 class Row:
-    """One design."""
+    """Outcome of one design."""
 
     task: str
     concept: str
@@ -42,7 +42,7 @@ class Row:
 
 
 def main() -> None:
-    """Write the table."""
+    """Write the table and copy the transcripts."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("runs", nargs="+", type=Path)
     runs = [Run(path) for path in parser.parse_args().runs]
@@ -91,7 +91,7 @@ def _in_words(verdict: Evaluation) -> str:
 
 
 def table(rows: list[Row]) -> str:
-    """Return the page."""
+    """Return the page as Markdown."""
     lines = [
         "# Runs answered by a language model by hand",
         "",
@@ -131,7 +131,7 @@ def _share(rows: list[Row], name: str) -> str:
 
 
 def _keep_transcript(run: Run) -> None:
-    """Copy questions and replies next to this program, without the directory they were exchanged in."""
+    """Copy a run's questions and replies from its exchange directory to transcripts/TASK beside this program."""
     record = run.asked()
     desk = Path(record.config.model.partition(":")[2])
     home = HERE / "transcripts" / (record.task or "own").rpartition("/")[2]

@@ -1,11 +1,11 @@
-"""Make the language model's robots again from its recorded replies, train them and judge their policies.
+"""Make the language model's robots again from its recorded replies, train them and evaluate their policies.
 
     python benchmarks/manual/trained.py --steps 60000
 
-Today's prompts are put to `--model manual:DIRECTORY`; each is answered with the reply that was recorded for the most
-alike prompt of the same role, so robots are made of the very text the model wrote. Runs and policies go to
-build/manual; the same command goes on with the first task that is not done. The table goes to trained.md, or, with the
-head start, to trained_from_probe.md.
+Designs are run with `--model manual:DIRECTORY` and today's prompts. Each prompt is answered with the reply recorded for
+the most similar prompt of the same role, so robots are made from the very text that the model wrote. Runs and policies
+go to build/manual; the same command continues with the first task that is not done. The table goes to trained.md, or to
+trained_from_probe.md with --from-probe.
 """
 
 from __future__ import annotations
@@ -38,18 +38,18 @@ HOME = Path("build/manual")
 
 @dataclass(frozen=True)
 class Row:
-    """One design."""
+    """Result of one design."""
 
     task: str
     concept: str
     steps: int
     wall_s: float
     verdict: Evaluation | None
-    """None where there was no scene to learn in."""
+    """Evaluation of the policy; None if the design has no scene to learn in."""
 
 
 def main() -> None:
-    """Do what is left, then write the table."""
+    """Do the remaining tasks, and write the table after each."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--steps", type=int, default=60_000, help="control steps a policy, at most")
     parser.add_argument("--from-probe", action="store_true", help="policies begin with the probe's best motion")
@@ -65,7 +65,7 @@ def main() -> None:
 
 
 def made_again(recorded: Path) -> Run:
-    """Return the run of a task's recorded replies, made anew unless it is there."""
+    """Return the run that is made from a task's recorded replies; run the design unless a finished run exists."""
     runs, desk = HOME / recorded.name / "runs", HOME / recorded.name / "desk"
     done = [run for run in map(Run, sorted(runs.glob("*"))) if read_status(run).state == "finished"]
     if done:
@@ -76,7 +76,7 @@ def made_again(recorded: Path) -> Run:
 
 
 def _answer(recorded: Path, desk: Path) -> None:
-    """Answer for ever; a question that nobody was asked before ends the program."""
+    """Answer prompts for ever. End the program at a prompt of a role without recorded replies."""
     while True:
         for prompt in sorted(desk.glob("*.prompt.md")):
             reply = prompt.with_name(prompt.name.replace("prompt", "reply"))
@@ -89,7 +89,7 @@ def _answer(recorded: Path, desk: Path) -> None:
 
 
 def _most_alike(prompt: Path, recorded: Path) -> Path:
-    """Return the reply to the recorded prompt of the same role that shares most lines with a prompt."""
+    """Return the file of the reply to the recorded prompt of the same role that shares most lines with a prompt."""
     text = prompt.read_text(encoding="utf-8")
     role, lines = _role(text), set(text.splitlines())
     if not any(_role(path.read_text(encoding="utf-8")) == role for path in recorded.glob("*.prompt.md")):
@@ -109,7 +109,7 @@ def _role(prompt: str) -> str:
 
 
 def _learned(run: Run, design: DesignFolder, steps: int, recipe: Recipe) -> Row:
-    """Train a design and judge its policy; what does not become a scene is neither valid nor successful."""
+    """Train a design and evaluate its policy; a design without a scene is neither valid nor successful."""
     task, concept = run.asked().task, design.iterations[0].concept.read()
     assert concept is not None
     if not design.final_scene.path.exists():
@@ -125,7 +125,7 @@ def _learned(run: Run, design: DesignFolder, steps: int, recipe: Recipe) -> Row:
 
 
 def table(rows: list[Row], command: str) -> str:
-    """Return the page."""
+    """Return the page as Markdown."""
     verdicts = [row.verdict for row in rows]
     valid, successful = (Rate(sum(bool(v and getattr(v, n)) for v in verdicts), len(rows)) for n in _VERDICTS)
     lines = [
@@ -144,7 +144,7 @@ def table(rows: list[Row], command: str) -> str:
 
 
 def _judged(verdicts: Sequence[Evaluation | None]) -> str:
-    """Return in words what policies were judged by."""
+    """Return in words the versions of the benchmark and the numbers of episodes that evaluated the policies."""
     found = {(each.benchmark_version, len(each.episodes)) for each in verdicts if each}
     return "".join(f" Version {v} of the benchmark, {n} held-out episodes a policy." for v, n in sorted(found))
 

@@ -1,1 +1,1 @@
-"""Designs made with a memory and without, and in generations, as trials see them."""
+"""Trials of designs made with a memory, without one, and in generations."""

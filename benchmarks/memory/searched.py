@@ -1,18 +1,18 @@
-"""Generations by a language model, beside searches over the built-in families, at the same number of scenes tried.
+"""Compare generations by a language model with searches over the built-in families, at an equal number of scenes.
 
     python -m benchmarks.memory.searched --tasks crank_turning surface_adapting --scenes 16
     python -m benchmarks.memory.searched --evolution build/evolution/crank_turning
 
-Arms, none of which sees a policy:
+The arms, none of which uses a trained policy:
 
     rules       first concept of the built-in rules, another seed for each scene
-    random      the same, with every number of the robot drawn anew (15 % standard deviation)
+    random      as `rules`, with every number of the robot varied at random (15 % standard deviation)
     cma-es      CMA-ES over the numbers of the first concept of seed 1, in generations of eight
-    evolution   `aidsr evolve` with a language model: what its folder measured, in the order of its designs
+    evolution   `aidsr evolve` with a language model: the measurements in its folder, in the order of its designs
 
 Each scene is tried as by `--task-feedback`: its progress is the mean of two or three searches for a motion. The best of
-so many noisy figures flatters, so the best scene of each arm is tried again by three other seeds and variations. Rows
-go to searched.jsonl; the same command goes on with what is left and prints the table.
+many noisy figures is too optimistic, so the best scene of each arm is tried again with three other seeds and
+variations. Rows go to searched.jsonl. The same command continues with the scenes that are missing and prints the table.
 """
 
 from __future__ import annotations
@@ -41,32 +41,32 @@ from aidsr.validation import validate
 
 RESULTS = Path(__file__).with_name("searched.jsonl")
 ARMS = ("rules", "random", "cma-es")
-"""That need no language model."""
+"""Arms that need no language model."""
 
 
 class Row(Artifact):
-    """One scene that was tried."""
+    """Trial of one scene."""
 
     arm: str
     task: str
     number: int
-    """Of the scene in its arm, from 1."""
+    """Number of the scene in its arm, from 1."""
     name: str
     progress: float
-    """0 where no stable scene could be made."""
+    """Progress in the trial; 0 if no stable scene could be made."""
     stable: bool = True
     again: float | None = None
-    """Progress by other seeds and variations: of the best scene of an arm."""
+    """Progress with other seeds and variations; measured for the best scene of an arm only."""
     model: str = ""
     commit: str = ""
 
 
 class _EnoughError(Exception):
-    """All scenes that were asked for are tried."""
+    """Raised when the requested number of scenes is tried."""
 
 
 def main() -> None:
-    """Try what was not tried yet, and print the table."""
+    """Try the scenes that are missing, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--tasks", nargs="*", default=[], help="tasks to search for")
     parser.add_argument("--arms", nargs="+", default=list(ARMS), choices=ARMS)
@@ -84,7 +84,7 @@ def main() -> None:
 
 
 class Rows:
-    """Rows in a file, each written when it is known."""
+    """Rows in a file, which is written again when a row is added."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -92,11 +92,11 @@ class Rows:
         self.kept = [Row.model_validate_json(line) for line in lines]
 
     def of(self, arm: str, task: str) -> list[Row]:
-        """Return the rows of an arm, in their order."""
+        """Return the rows of an arm for a task, by number."""
         return [row for row in self.kept if (row.arm, row.task) == (arm, task)]
 
     def add(self, row: Row) -> None:
-        """Keep a row, or a newer version of one."""
+        """Add a row; it replaces an older row of the same arm, task and number."""
         key = (row.arm, row.task, row.number)
         self.kept = sorted(
             [*(old for old in self.kept if (old.arm, old.task, old.number) != key), row],
@@ -106,7 +106,7 @@ class Rows:
 
 
 def search(rows: Rows, arm: str, task: str, scenes: int) -> None:
-    """Try scenes of an arm until there are enough, then its best one again."""
+    """Try the requested number of scenes of an arm, then try its best one again."""
     brief = load_task(task).brief()
     concepts: dict[int, Concept] = {}
 
@@ -141,7 +141,7 @@ def search(rows: Rows, arm: str, task: str, scenes: int) -> None:
 
 
 def _concepts(arm: str, brief: Brief, value: Callable[[Brief, Concept], float]) -> Iterator[Concept]:
-    """Yield the concepts of an arm; CMA-ES asks for their values itself."""
+    """Yield the concepts of an arm. For "cma-es" yield none: CMA-ES calls `value` itself."""
     if arm == "cma-es":
         SearchDesigner(1, value, robots=1_000).propose(brief, 1)
         return
@@ -151,7 +151,7 @@ def _concepts(arm: str, brief: Brief, value: Callable[[Brief, Concept], float]) 
 
 
 def _tried(brief: Brief, concept: Concept, first_seed: int) -> float | None:
-    """Return the progress of a concept's robot; None where it makes no stable scene."""
+    """Return the progress of a concept's robot; None if it has no stable scene."""
     robot = RuleCoder().write(brief, concept)
     task = load_task(brief.task)
     try:
@@ -164,13 +164,13 @@ def _tried(brief: Brief, concept: Concept, first_seed: int) -> float | None:
 
 
 def progress_of(mjcf: str, task: str, groups: Sequence[ActuatorGroup], first_seed: int) -> float:
-    """Return the progress of a scene in a trial; one of other seeds makes every search, and nothing else."""
+    """Return the progress of a scene in a trial. With a first seed above 0, all searches but no script are made."""
     scene = TaskScene.of(mjcf, load_task(task), groups=groups)
     return round(try_scene(scene, first_seed=first_seed, attribute=first_seed == 0).progress, 3)
 
 
 def read_evolution(rows: Rows, evolution: Evolution) -> None:
-    """Keep what an evolution measured, and try its best scene again."""
+    """Record the measurements of an evolution, and try its best scene again."""
     lessons = evolution.archive.lessons()
     task = lessons[0].task
     for number, lesson in enumerate(lessons, 1):
@@ -197,7 +197,7 @@ def read_evolution(rows: Rows, evolution: Evolution) -> None:
 
 
 def table(rows: Sequence[Row]) -> str:
-    """Return what each arm came to, as Markdown."""
+    """Return the results of each arm as a Markdown table."""
     lines = [
         "| task | arm | scenes, stable | mean | best of 8 | best of all | that one again, by other seeds |",
         "|---|---|---|---|---|---|---|",

@@ -1,9 +1,9 @@
-"""Try the designs of runs on their task without learning, and compare what was designed with a memory and without.
+"""Try the designs of runs on their task without learning, and compare designs made with a memory and without.
 
     python -m benchmarks.memory.tried build/memory/* build/without-memory/*
 
-The folder that holds a run names its arm. A row of each approved design goes to results.jsonl; the same command goes on
-with what is left, and without runs it prints the table alone.
+The name of the folder that holds a run is its arm. Each approved design gets a row in results.jsonl. The same command
+continues with the designs that are missing; without runs it only prints the table.
 """
 
 from __future__ import annotations
@@ -23,23 +23,23 @@ RESULTS = Path(__file__).with_name("results.jsonl")
 
 
 class Row(Artifact):
-    """How far one design comes in a trial."""
+    """Trial of one design."""
 
     arm: str
     task: str
     run: str
     design: int
     progress: float
-    """Mean over the searches of the trial."""
+    """Mean progress of the trial's searches."""
     best: float
-    """Of all that was tried, scripts included."""
+    """Best progress of all attempts, including scripts."""
     phase: str
     scene_sha256: str
     commit: str
 
 
 def main() -> None:
-    """Try what was not tried yet, and print the table."""
+    """Try the designs that are missing, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("runs", nargs="*", type=Path, help="run folders")
     rows = read_rows(RESULTS)
@@ -54,13 +54,13 @@ def main() -> None:
 
 
 def read_rows(path: Path) -> list[Row]:
-    """Return the rows in a file, none where there is no file."""
+    """Return the rows in a file, none if there is no file."""
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
     return [Row.model_validate_json(line) for line in lines]
 
 
 def row_of(run: Run, number: int) -> Row:
-    """Try a design as its designer grouped the actuators."""
+    """Try a design with its designer's actuator groups, and return its row."""
     scene = find_scene(run.design(number)).for_learning("auto")
     report = try_scene(scene)
     return Row(

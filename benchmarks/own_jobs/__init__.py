@@ -1,1 +1,1 @@
-"""What the built-in rules reach with environments and goals of one's own."""
+"""Success of the built-in rules in environments and goals of users."""

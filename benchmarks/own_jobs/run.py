@@ -1,14 +1,15 @@
-"""Jobs of one's own, from goal and geometry to a body that does them: what the built-in rules reach without learning.
+"""Run the built-in rules on a user's own jobs (environment and goal): what do their bodies reach without learning?
 
     python -m benchmarks.own_jobs.run                  # all jobs missing in results.jsonl, then results.md
     python -m benchmarks.own_jobs.run valve shelf      # these, again
     python -m benchmarks.own_jobs.run --only check     # one part of each
     python -m benchmarks.own_jobs.run --page           # results.md alone
 
-Jobs are the examples of the package, and folders NAME in `environments` beside this file, each with environment.xml,
-goal.toml and objective.txt. Each is done as a user does it: `aidsr check`, `aidsr design` with one concept, and
-`aidsr probe` of the design with another seed than the one by which it was chosen. The same command goes on with what is
-left; a job of another commit's text is made again by its name.
+Jobs are the examples of the package and the folders in `environments` beside this file, each with environment.xml,
+goal.toml and objective.txt. A folder's name is the job's name. Each job is done as a user does it: `aidsr check`,
+`aidsr design` with one concept, and `aidsr probe` of the design with another seed than the one by which it was chosen.
+The same command continues with the parts that are missing. A job whose files have changed is not done again unless it
+is named.
 """
 
 from __future__ import annotations
@@ -36,30 +37,31 @@ from aidsr.validation import validate
 
 RESULTS, PAGE, MORE = (Path(__file__).with_name(name) for name in ("results.jsonl", "results.md", "environments"))
 HELD_OUT = ("gate", "shelf", "trace")
-"""Examples on which nothing was tuned; drawn by random.Random(30).sample(names, 3) before anything was changed."""
+"""Examples on which nothing was tuned, drawn by random.Random(30).sample(names, 3) before any change."""
 SEED = 1
-"""Of the probe that is reported. The design was chosen and judged by seed 0."""
+"""Seed of the reported probe. Designs are chosen and judged with seed 0."""
 
 
 BY_WORDS = ("valve", "shelf", "duct")
-"""Jobs that are also designed as the built-in rules did before they measured: by the words of the objective."""
+"""Jobs that are also designed by the words of the objective alone, as the built-in rules did before they measured."""
 
 Part = Literal["check", "design", "words"]
 
 
 class Row(Artifact):
-    """What came of one part of a job."""
+    """Result of one part of a job."""
 
     job: str
     part: Part
     blind: Blind | None = None
-    """What a body wins by doing nothing and anything: that of `aidsr check`, or the approved design."""
+    """Episodes that a body wins by doing nothing and by random actions. The body is the reference body of `aidsr check`
+    (part "check") or the approved design (part "design")."""
     body: str = ""
     approved: bool = False
     sentence: str = ""
-    """Of the Judge, or how the design ended."""
+    """The Judge's last sentence, or how the design ended."""
     probe: ProbeReport | None = None
-    """Of the approved design, with a seed by which it was not chosen."""
+    """Probe of the approved design, with another seed than the one by which it was chosen."""
     commit: str
     versions: dict[str, str]
 
@@ -77,7 +79,7 @@ def jobs() -> dict[str, tuple[str, str, str, str]]:
 
 
 def do(name: str, part: Part, folder: Path) -> Row:
-    """Do one part of a job in a folder of its own."""
+    """Do one part of a job in an empty folder, and return its row."""
     _, objective, environment, goal = jobs()[name]
     files = folder / "environment.xml", folder / "goal.toml"
     for file, text in zip(files, (environment, goal), strict=True):
@@ -97,7 +99,7 @@ def do(name: str, part: Part, folder: Path) -> Row:
 
 
 def _by_words(objective: str, environment: str, goal: str, made: dict[str, Any]) -> Row:
-    """Do a job with the rules that read words, by the seeds of the other designs; what they make is probed as it is."""
+    """Design a job with the rules that read words, with seed 0 as for the other designs; probe the robot unrepaired."""
     task = goal_task(parse_goal(goal), environment)
     brief = task.brief().model_copy(update={"task": "", "objective": objective})
     team = rules.team(seed=0)
@@ -120,7 +122,7 @@ def _measured(run: Run, task: GoalTask) -> tuple[Blind, ProbeReport]:
 
 
 def _sentence(run: Run) -> str:
-    """Return what the Judge said last, or else how the design ended."""
+    """Return the Judge's last summary or, without one, how the design ended."""
     judged = [each.critique.read() for each in run.design(1).iterations if each.critique.read()]
     if judged and judged[-1]:
         return judged[-1].summary
@@ -129,14 +131,14 @@ def _sentence(run: Run) -> str:
 
 
 def read_rows() -> dict[tuple[str, str], Row]:
-    """Return the rows so far by job and part; the newest of each counts."""
+    """Return the newest row of each job and part."""
     lines = RESULTS.read_text().splitlines() if RESULTS.exists() else []
     rows = [Row.model_validate_json(line) for line in lines if line.strip()]
     return {(row.job, row.part): row for row in rows}
 
 
 def page(rows: dict[tuple[str, str], Row]) -> str:
-    """Return the table as Markdown."""
+    """Return the page as Markdown."""
     all_jobs = jobs()
     made = {name: rows[name, "design"] for name in all_jobs if (name, "design") in rows}
     versions = sorted({f"{name} {number}" for row in rows.values() for name, number in row.versions.items()})
@@ -211,7 +213,7 @@ def _line(name: str, job: tuple[str, str, str, str], rows: dict[tuple[str, str],
 
 
 def main() -> None:
-    """Do what is missing, and write the page."""
+    """Do the missing or named parts, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("jobs", nargs="*", help="to be done again; all that are missing unless named")
     parser.add_argument("--only", choices=get_args(Part), help="this part of each")

@@ -1,8 +1,9 @@
-"""Draw the film of the README: a robot designed from words, doing its job.
+"""Draw the film of the README: a robot designed from an objective in words does its task.
 
     make film
 
-First the objective's words, then the best held-out episode of the design's newest policy, then how often it succeeds.
+The film shows the objective's words, then the best held-out episode of the design's newest policy, then the policy's
+number of successes.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ _CROP = (190, 406, 840, 1000)
 _SIZE = (560, 512)
 _VIEW = View(azimuth_deg=115.0, elevation_deg=-20.0, closeness=1.2)
 _EVERY = 2
-"""Control steps from one frame to the next, so 12.5 frames a second at 25 actions a second."""
+"""Control steps from one frame to the next: 12.5 frames per second at 25 actions per second."""
 _WORDS_S, _RESULT_S, _FADE = 2.6, 2.0, 5
 _QUALITY = 62
 _INK, _PAPER = (20, 28, 40), (255, 255, 255)
@@ -82,7 +83,7 @@ def _frames(motion: Path) -> tuple[list[Image.Image], float]:
         height=height,
         view=_VIEW,
     )
-    Image.MAX_IMAGE_PIXELS = None  # our own picture, all moments side by side
+    Image.MAX_IMAGE_PIXELS = None  # no limit: the picture is made here, with all frames side by side
     strip = Image.open(io.BytesIO(drawn)).convert("RGB")
     left, upper, right, lower = _CROP
     boxes = [(k * width + left, upper, k * width + right, lower) for k in range(count)]
@@ -90,7 +91,7 @@ def _frames(motion: Path) -> tuple[list[Image.Image], float]:
 
 
 def _card(frame: Image.Image, words: str) -> Image.Image:
-    """Return a frame behind the objective's words."""
+    """Return a faded frame with the objective's words on it."""
     card = Image.blend(frame, Image.new("RGB", frame.size, _PAPER), 0.72)
     pen = ImageDraw.Draw(card)
     text = textwrap.fill(words, 34)
@@ -99,7 +100,7 @@ def _card(frame: Image.Image, words: str) -> Image.Image:
 
 
 def _caption(frame: Image.Image, text: str) -> Image.Image:
-    """Return a frame with a line of text below."""
+    """Return a frame with a line of text at its lower edge."""
     captioned = frame.copy()
     pen = ImageDraw.Draw(captioned)
     pen.rectangle((0, _SIZE[1] - 40, *_SIZE), _INK)

@@ -1,8 +1,8 @@
-"""Run the cells of docs/tutorial.ipynb in order and keep what they print and show.
+"""Run the cells of docs/tutorial.ipynb in order and store their outputs in the notebook.
 
     python benchmarks/readme/tutorial.py
 
-Needs nothing of Jupyter; the notebook can be opened there all the same.
+Jupyter is not needed, but can open the notebook.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ NOTEBOOK = Path(__file__).parents[2] / "docs" / "tutorial.ipynb"
 
 
 def main() -> None:
-    """Write the notebook again, with today's outputs."""
+    """Rewrite the notebook with today's outputs."""
     notebook = json.loads(NOTEBOOK.read_text(encoding="utf-8"))
     started = time.monotonic()
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
@@ -33,10 +33,10 @@ def main() -> None:
 
 
 def run(notebook: dict[str, Any]) -> None:
-    """Run all code cells in the present folder, in one namespace; their outputs replace those in the notebook.
+    """Run all code cells in the current folder, in one namespace; their outputs replace those in the notebook.
 
     Raises:
-        Exception: What a cell raises; the cells after it are not run.
+        Exception: Any exception of a cell; the cells after it are not run.
     """
     names: dict[str, Any] = {"__name__": "__main__"}
     cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
@@ -46,7 +46,7 @@ def run(notebook: dict[str, Any]) -> None:
 
 
 def _outputs(source: str, names: dict[str, Any], number: int) -> list[dict[str, Any]]:
-    """Run a cell; return what it printed, and the value of its last expression as Jupyter would show it."""
+    """Run a cell; return its printed text, and the value of its last expression as Jupyter would show it."""
     statements = ast.parse(source).body
     last = statements.pop() if statements and isinstance(statements[-1], ast.Expr) else None
     printed = io.StringIO()

@@ -1,4 +1,4 @@
-"""The bodies that are measured: the built-in team's, made on the spot with the first seed that proposes one."""
+"""The bodies that are measured: designs of the built-in team, made with the first seed that proposes the family."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from aidsr.teams import rules as builtin
 
 @dataclass(frozen=True)
 class Body:
-    """What is measured, and the success up to which it learns."""
+    """A body that is measured, and its task."""
 
     name: str
-    """Family of the built-in team."""
+    """Family of the built-in team's design."""
     task: str
     plain: type[PlainEnv]
     success: float
@@ -30,7 +30,7 @@ BODIES = (
 
 
 def made(body: Body, folder: Path) -> Path:
-    """Let the built-in team design the body; return its scene."""
+    """Let the built-in team design the body; return the path of its scene."""
     brief = aidsr.load_task(body.task).brief()
     seeds = (seed for seed in itertools.count() if builtin.team(seed).designer.propose(brief, 1)[0].family == body.name)
     run = aidsr.design(task=body.task, concepts=1, seed=next(seeds), runs=folder)

@@ -1,9 +1,9 @@
-"""What the form of the constraint Jacobian costs and changes: every body of the built-in team, dense against sparse.
+"""Compare dense and sparse constraint Jacobians: time of a physics step and final positions, for built-in bodies.
 
     python benchmarks/rl/jacobian.py --seeds 100 101 102
 
-Both forms take turns in each round, each on one thread, with the same random controls. The time is the processor's, so
-that other work on the machine counts little. Results go to jacobian.md beside this file.
+In each round both forms run one after the other, each on one thread, with the same random controls. Processor time is
+measured, because other work on the machine affects it little. Results go to jacobian.md beside this file.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _FORMS = {"dense": mujoco.mjtJacobian.mjJAC_DENSE, "sparse": mujoco.mjtJacobian.
 
 @dataclass(frozen=True)
 class Row:
-    """What was measured of one body in one task."""
+    """Measurements of one body in one task."""
 
     task: str
     family: str
@@ -43,18 +43,18 @@ class Row:
     longest_tree: int
     """Degrees of freedom of the largest kinematic tree."""
     dense_us: float
-    """Of a physics step, median of the rounds."""
+    """Processor time of a physics step with the dense form [us], median of the rounds."""
     sparse_us: float
     ratio: float
-    """Dense by sparse, median of the ratios within a round."""
+    """Dense time divided by sparse time, median of the ratios within a round."""
     differs: float
     """Largest difference of a coordinate of `qpos` after all control steps."""
     chosen: str
-    """What `choose_jacobian` takes."""
+    """Form that `choose_jacobian` chooses."""
 
 
 def bodies(seeds: Sequence[int]) -> Iterator[tuple[str, Concept, TaskScene]]:
-    """Yield the scenes of all tasks, one for each number of degrees of freedom of a family."""
+    """Yield task, concept and scene of built-in bodies for each task, one per family and number of dofs."""
     seen = set()
     for name in task_names():
         task = load_task(name)
@@ -66,7 +66,7 @@ def bodies(seeds: Sequence[int]) -> Iterator[tuple[str, Concept, TaskScene]]:
                 try:
                     placement = team.integrator.place(brief, concept, robot)
                     scene = assemble(robot, brief.environment, placement, task.sensors)
-                except MjcfError:  # what the loop would repair
+                except MjcfError:  # the design loop would repair it
                     continue
                 found = TaskScene.of(scene.mjcf, task, groups=robot.actuator_groups)
                 if (name, concept.family, found.model.nv) not in seen:
@@ -75,7 +75,7 @@ def bodies(seeds: Sequence[int]) -> Iterator[tuple[str, Concept, TaskScene]]:
 
 
 def measure(name: str, concept: Concept, scene: TaskScene) -> Row:
-    """Measure a scene in both forms."""
+    """Measure a scene with both forms."""
     times: dict[str, list[float]] = {form: [] for form in _FORMS}
     ends = {}
     for _ in range(ROUNDS):
@@ -98,7 +98,7 @@ def measure(name: str, concept: Concept, scene: TaskScene) -> Row:
 
 
 def _play(scene: TaskScene, jacobian: mujoco.mjtJacobian) -> tuple[float, np.ndarray]:
-    """Return processor time of a physics step [us], and where all simulations are at the end."""
+    """Return the processor time of a physics step [us], and `qpos` of all simulations at the end."""
     model = copy.copy(scene.model)
     model.opt.jacobian = jacobian
     batch = Batch(model, nsim=SIMULATIONS, nthread=1)
@@ -113,7 +113,7 @@ def _play(scene: TaskScene, jacobian: mujoco.mjtJacobian) -> tuple[float, np.nda
 
 
 def page(rows: Sequence[Row], seeds: Sequence[int]) -> str:
-    """Return what was measured as Markdown."""
+    """Return the measurements as Markdown."""
     taken = [row for row in rows if row.chosen == "sparse"]
     others = [row for row in rows if row.chosen == "dense"]
     lines = [

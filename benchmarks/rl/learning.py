@@ -1,4 +1,4 @@
-"""Wall time until a share of the last 100 episodes succeed: our recipe, and PPO as it comes."""
+"""Wall time until a share of the last 100 episodes succeeds: this package's recipe, and PPO with its defaults."""
 
 from __future__ import annotations
 
@@ -20,29 +20,29 @@ from aidsr.learn.rl.policy import one_torch_thread
 from aidsr.learn.rl.training import train
 
 _RECENT = 100
-"""Episodes over which success is told, as in `aidsr.learn.rl.callbacks`."""
+"""Number of the last episodes over which success is reported, as in `aidsr.learn.rl.callbacks`."""
 _POINTS = 100
-"""Points of a curve, at most."""
+"""Largest number of points of a curve."""
 
 
 class Way(Artifact):
-    """How a training went."""
+    """Result of a training."""
 
     wall_s: float
     steps: int
     """Control steps."""
     there: bool
-    """Whether the success asked for was reached."""
+    """Whether the target success was reached."""
     curve: tuple[tuple[float, float], ...]
-    """Wall time [s] and success of the last 100 episodes."""
+    """Points of wall time [s] and success in the last 100 episodes."""
 
 
-class _There(Exception):  # noqa: N818 - nothing went wrong
-    """The success asked for is reached."""
+class _There(Exception):  # noqa: N818 - not an error
+    """Raised when the target success is reached."""
 
 
 def ours(body: Body, scene: Path, seed: int, most_steps: int) -> Way:
-    """Train with the package's recipe until the success asked for, or to the end of its budget."""
+    """Train with the package's recipe until the target success is reached or the budget of steps is spent."""
     found = TaskScene.of(scene, body.task)
     points: list[CurvePoint] = []
 
@@ -64,9 +64,9 @@ def ours(body: Body, scene: Path, seed: int, most_steps: int) -> Way:
 
 
 def theirs(body: Body, scene: Path, seed: int, most_s: float) -> Way:
-    """Train with Stable-Baselines3's defaults on SubprocVecEnv until the success asked for, or for so long.
+    """Train with Stable-Baselines3's defaults on SubprocVecEnv until the target success or the time limit is reached.
 
-    The time begins when its processes are there; ours begins before the scene is compiled.
+    The clock starts after the subprocesses have started; the clock of `ours` starts when `train` is called.
     """
     with one_torch_thread():
         env = VecMonitor(subproc(body, scene, seed))

@@ -1,8 +1,8 @@
-"""The environments a user would write today: Gymnasium, one MuJoCo simulation, one Python loop.
+"""Environments as a user would write them today: Gymnasium, one MuJoCo simulation, one Python loop.
 
-They show a policy the same numbers, give it the same reward (forces as they are at the end of a control step, not their
-peaks) and end at the same success and loss as the tasks of the package,
-but share none of its stepping: this is what the batched environment is measured against.
+They have the observations, the reward and the success and failure conditions of the package's tasks, except that forces
+are those at the end of a control step, not its peaks. They share none of the package's stepping: they are the baseline
+for the batched environment.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ _HALF_WIDTH_M = 0.3
 
 
 class PlainEnv(gymnasium.Env):
-    """A robot in its scene; `_features` and `_judge` are the task's.
+    """A robot in its scene. A subclass for each task defines `_features` and `_judge`.
 
     Args:
         scene: MJCF of a robot in the task's environment.
         task: Name of the task.
-        seed: Of the variations drawn.
+        seed: Seed of the variations drawn.
     """
 
     def __init__(self, scene: Path, task: str, seed: int) -> None:
@@ -45,7 +45,7 @@ class PlainEnv(gymnasium.Env):
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, seen.shape, np.float32)
 
     def reset(self, *, seed: int | None = None, options: dict[str, object] | None = None):
-        """Begin an episode with another variation."""
+        """Begin an episode with a new random variation."""
         super().reset(seed=seed, options=options)
         variation = self.task.variation("development", int(self.rng.integers(2**31)))
         apply_to_simulation(variation, self.model, self.data)
@@ -76,7 +76,7 @@ class PlainEnv(gymnasium.Env):
         return np.concatenate([*own, self.last, self._features()]).astype(np.float32)
 
     def _begin(self) -> None:
-        """Remember what an episode starts from."""
+        """Store values of the episode's start; called at every reset."""
 
 
 class PlainButton(PlainEnv):

@@ -1,4 +1,4 @@
-"""What was measured, kept line by line with the conditions that it was measured under."""
+"""Measurements, one per line of a file, each with the conditions under which it was made."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from aidsr.tasks import BENCHMARK_VERSION
 
 
 class Conditions(Artifact):
-    """What may not change between measurements that are compared."""
+    """Conditions that must be equal for measurements that are compared."""
 
     benchmark_version: int
     packages: dict[str, str]
@@ -26,44 +26,44 @@ class Conditions(Artifact):
 
 
 class LearningConditions(Conditions):
-    """The same for trainings."""
+    """Conditions that must be equal for trainings that are compared."""
 
     recipe: dict[str, Any]
-    """With the fields it had then."""
+    """The package's recipe, with the fields of that time."""
     most_steps: int
-    """Budget of our recipe."""
+    """Budget of control steps of the package's recipe."""
     patience: float
-    """How many times our wall time the defaults may take."""
+    """Time limit of the default PPO, as a multiple of the wall time of the package's recipe."""
 
     @property
     def machine(self) -> Conditions:
-        """Those that have nothing to do with learning."""
+        """The conditions that do not concern learning."""
         return Conditions(benchmark_version=self.benchmark_version, packages=self.packages, cores=self.cores)
 
 
 class Stepping(Artifact):
-    """How fast the simulations of a body step."""
+    """Stepping speed of the simulations of a body."""
 
     body: str
     conditions: Conditions
     load: float
-    """Of the machine, the minute before."""
+    """Mean load of the machine in the minute before."""
     simulations: int
-    """Of the batched environment and of the raw physics."""
+    """Number of simulations of the batched environment and of the raw physics."""
     processes: int
-    """Of SubprocVecEnv, one environment each."""
+    """Number of processes of SubprocVecEnv, one environment each."""
     rounds: tuple[dict[str, float], ...]
     """Env-steps per second of each kind, in each round."""
 
 
 class Run(Artifact):
-    """How a body learns with one seed."""
+    """Trainings of a body with one seed."""
 
     body: str
     seed: int
     conditions: LearningConditions
     load: float
-    """Of the machine, the minute before."""
+    """Mean load of the machine in the minute before."""
     ours: Way
     theirs: Way
 
@@ -84,7 +84,7 @@ def learning_conditions_now(most_steps: int, patience: float) -> LearningConditi
 
 
 def kept(raw: Path, kind: type[Record], conditions: Conditions) -> list[Record]:
-    """Return what a file holds, nothing where there is no file; end where it was measured under other conditions."""
+    """Return the records of a file, none if there is no file; exit if one was made under other conditions."""
     lines = raw.read_text(encoding="utf-8").splitlines() if raw.exists() else []
     records = [kind.model_validate_json(line) for line in lines]
     for record in records:
@@ -97,5 +97,5 @@ def kept(raw: Path, kind: type[Record], conditions: Conditions) -> list[Record]:
 
 
 def keep(raw: Path, records: Sequence[Record]) -> None:
-    """Put records in the place of what a file holds."""
+    """Replace the contents of a file by records."""
     replace_file(raw, "".join(record.model_dump_json() + "\n" for record in records).encode())

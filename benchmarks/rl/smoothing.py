@@ -1,11 +1,11 @@
-"""What smoothing of actions does for tentacles and a crawler, and how well a button is pressed after a minute.
+"""Effect of action smoothing for tentacles and a crawler, and success at button pushing after a minute of training.
 
     python benchmarks/rl/smoothing.py
 
-Built-in designs are trained on all cores, one after the other, with and without smoothing, and judged on held-out
-variations. Budgets are so small that a policy of a tentacle takes about a minute on two cores. Policies are kept under
-build/smoothing, so a stopped run goes on; smoothing.md beside this file is made of them. Nothing else should run
-meanwhile.
+Built-in designs are trained one after the other on all cores, with and without smoothing, and evaluated on held-out
+variations. Budgets are so small that training a tentacle takes about a minute on two cores. Policies are kept under
+build/smoothing, so a stopped run can be continued; smoothing.md beside this file is made from them. Nothing else should
+run at the same time.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ SMOOTHINGS = (0.0, 0.7)
 
 @dataclass(frozen=True)
 class Case:
-    """A built-in design, and how it is trained with each smoothing."""
+    """A built-in design, and how often and how long it is trained with each smoothing."""
 
     task: str
     design: int
@@ -43,7 +43,7 @@ class Case:
     seeds: int = 1
 
     def trainings(self) -> Iterator[tuple[float, int]]:
-        """Return smoothing and seed of each; smoothings take turns."""
+        """Return the smoothing and the seed of each training; smoothings alternate."""
         return ((smoothing, seed) for seed in range(self.seeds) for smoothing in SMOOTHINGS)
 
 
@@ -57,7 +57,7 @@ CASES = (
 
 @dataclass(frozen=True)
 class Learned:
-    """A policy, and how it was judged."""
+    """A trained policy and its evaluation."""
 
     case: Case
     smoothing: float
@@ -81,7 +81,7 @@ def main() -> None:
 
 
 def _made(case: Case, home: Path) -> Path:
-    """Return the scene of a case's design, made unless it is there."""
+    """Return the path of the scene of a case's design; run the design unless the scene exists."""
     there = sorted(home.glob("*/designs/1/final.xml"))
     if there:
         return there[0]
@@ -100,7 +100,7 @@ def _learned(case: Case, scene: TaskScene, folder: Path, smoothing: float, seed:
 
 
 def page(learned: Sequence[Learned]) -> str:
-    """Return a table with a row for each case and smoothing."""
+    """Return the page as Markdown: a table with a row for each case and smoothing."""
     ways = itertools.product(CASES, SMOOTHINGS)
     groups = ([one for one in learned if (one.case, one.smoothing) == way] for way in ways)
     made = (

@@ -1,17 +1,18 @@
-"""How fast environments step and bodies learn, side by side.
+"""Measure how fast environments step and how fast bodies learn.
 
     python benchmarks/rl/speed.py --runs 5
 
-The arm and the crawler are the built-in team's, made on the spot with the first seed that proposes one. Compared are
-the batched environment of this package, the plain Gymnasium environments of `plain.py` in Stable-Baselines3's
-SubprocVecEnv with 8 processes, and the raw physics of the same scenes on the same threads, with no number looked at:
-the limit. They take turns of about a second, so that a machine that gets slower meanwhile slows all of them. Then wall
-time until a share of the last 100 episodes succeed: our recipe on the batched environment against Stable-Baselines3's
-default PPO on SubprocVecEnv, which gives up after a multiple of the time that ours took with the same seed.
+The arm and the crawler are designs of the built-in team, made with the first seed that proposes the family. First,
+stepping speed is compared: the batched environment of this package; the plain Gymnasium environments of `plain.py` in
+Stable-Baselines3's SubprocVecEnv with 8 processes; and the raw physics of the same scenes on the same threads without
+any observation or reward, which is the upper limit. They take turns of about a second, so that a machine that becomes
+slower slows all of them. Then learning is compared, by the wall time until a share of the last 100 episodes succeeds:
+this package's recipe on the batched environment, and Stable-Baselines3's default PPO on SubprocVecEnv. The latter stops
+after a multiple of the time that the former took with the same seed.
 
-What was measured is kept in results.jsonl and results-stepping.jsonl beside this file and not measured again, so a
-stopped run goes on; results.md and results-curves.png are made of them. Nothing else should run meanwhile. To measure
-all yourself, name other files (`--out`).
+Measurements are kept in results.jsonl and results-stepping.jsonl beside this file and are not repeated, so a stopped
+run can be continued; results.md and results-curves.png are made from them. Nothing else should run at the same time. To
+measure everything yourself, name other files (`--out`).
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ HOME = Path(__file__).parent
 
 
 def main() -> None:
-    """Measure what is missing, and write down."""
+    """Make the missing measurements, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runs", type=int, default=5, help="trainings of each body, each with its own seed")
     parser.add_argument("--body", choices=[body.name for body in BODIES], help="measure this one alone")
@@ -53,7 +54,7 @@ def main() -> None:
 
 
 class _Measured:
-    """What is measured so far; whatever is added is kept at once."""
+    """Measurements so far. Each new one is written to its file at once."""
 
     def __init__(self, asked: argparse.Namespace) -> None:
         self._asked = asked
@@ -63,7 +64,7 @@ class _Measured:
         self._steppings = kept(self._raw_stepping, Stepping, self._conditions.machine)
 
     def step(self, body: Body, scene: Path) -> None:
-        """Measure how fast a body's simulations step, unless that is known."""
+        """Measure how fast a body's simulations step, unless it was measured before."""
         if any(one.body == body.name for one in self._steppings):
             return
         load = os.getloadavg()[0]
@@ -81,7 +82,7 @@ class _Measured:
         self.publish()
 
     def learn(self, body: Body, scene: Path, seed: int) -> None:
-        """Measure how a body learns with a seed, unless that is known."""
+        """Measure how a body learns with a seed, unless it was measured before."""
         if any((run.body, run.seed) == (body.name, seed) for run in self._runs):
             return
         load = os.getloadavg()[0]

@@ -1,4 +1,4 @@
-"""What was measured of speed, as a page and a picture."""
+"""Page and picture of the measured speeds."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _COLORS = {_OURS: "#2563a8", _THEIRS: "#b4601d"}
 def page(
     runs: Sequence[Run], steppings: Sequence[Stepping], asked: int, conditions: LearningConditions, out: str
 ) -> str:
-    """Return what was measured as Markdown.
+    """Return the measurements as Markdown.
 
     Args:
-        runs: The trainings.
-        steppings: How fast the bodies step.
-        asked: Trainings that were asked for of each body.
-        conditions: Those of all trainings.
-        out: How the names of all files begin.
+        runs: Trainings.
+        steppings: Stepping speeds of the bodies.
+        asked: Requested number of trainings of each body.
+        conditions: Conditions of all trainings.
+        out: Prefix of the names of all files.
     """
     command = f"python benchmarks/rl/speed.py --runs {asked} --most-steps {conditions.most_steps}"
     command += f" --patience {conditions.patience:g}{f' --out {out}' if out != 'results' else ''}"
@@ -86,7 +86,7 @@ def _learning(body: Body, runs: Sequence[Run]) -> list[str]:
 
 
 def ratio_of(runs: Sequence[Run]) -> str:
-    """Return how much longer the defaults take in the median, in words; a lower bound where they were stopped."""
+    """Return in words how many times longer the defaults take (median); a lower bound if some were stopped."""
     ratio = statistics.median(run.theirs.wall_s / run.ours.wall_s if run.ours.there else 0.0 for run in runs)
     if not ratio:
         return "none: in most runs our recipe does not get there"
@@ -94,7 +94,7 @@ def ratio_of(runs: Sequence[Run]) -> str:
 
 
 def told(way: Way) -> str:
-    """Return how a training went, in a cell."""
+    """Return the result of a training in words, for a table cell."""
     end = "" if way.there else ", not there"
     return f"{way.wall_s:.0f} s, {way.steps:,} steps, {way.steps / way.wall_s:,.0f}/s{end}"
 

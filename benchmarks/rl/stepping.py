@@ -1,4 +1,4 @@
-"""How many control steps of how many environments a second, and what the physics alone would allow."""
+"""Stepping speed: control steps per second of all environments together, and the limit set by physics alone."""
 
 from __future__ import annotations
 
@@ -18,11 +18,12 @@ from aidsr.learn.rl.vector_env import BatchedVecEnv
 
 SIMULATIONS, PROCESSES, ROUNDS = 64, 8, 15
 _STEPS = 512
-"""Env-steps of a kind in a round: about a second, so that a machine whose speed changes changes it for all kinds."""
+"""Env-steps of each kind in a round. They take about a second, so that a change of the machine's speed affects all
+kinds."""
 
 
 def speeds(body: Body, scene: Path) -> tuple[dict[str, float], ...]:
-    """Return env-steps per second of each kind, which take turns, in each round."""
+    """Return env-steps per second of each kind in each round; kinds take turns."""
     found = TaskScene.of(scene, body.task)
     batched, apart = _batched(found), subproc(body, scene, seed=0)
     try:
@@ -31,7 +32,7 @@ def speeds(body: Body, scene: Path) -> tuple[dict[str, float], ...]:
             "batched": (_acting(batched), batched.num_envs),
             "subproc": (_acting(apart), apart.num_envs),
         }
-        # as in training: else all its episodes would end long after the measurement, and none begin in it
+        # as in training; otherwise no episode would end or begin during the measurement
         batched.desynchronize(np.random.default_rng(0))
         for step, _ in kinds.values():
             for _ in range(5):
@@ -42,7 +43,7 @@ def speeds(body: Body, scene: Path) -> tuple[dict[str, float], ...]:
 
 
 def _physics(found: TaskScene) -> Callable[[], object]:
-    """Return what advances all simulations with random controls."""
+    """Return a function that advances all simulations by a control step with random controls."""
     batch = Batch(found.model, nsim=SIMULATIONS, nthread=0)
     substeps = round(found.task.control_dt_s / found.model.opt.timestep)
     rng, actions = np.random.default_rng(0), found.actions
@@ -66,13 +67,13 @@ def _batched(found: TaskScene) -> BatchedVecEnv:
 
 
 def subproc(body: Body, scene: Path, seed: int) -> VecEnv:
-    """Return the environments a user would write, each in a process of its own and with its own variations."""
+    """Return environments as a user would write them, each in its own process and with its own variations."""
     seeds = range(seed * PROCESSES, (seed + 1) * PROCESSES)
     return SubprocVecEnv([partial(body.plain, scene, body.task, each) for each in seeds])
 
 
 def _acting(env: VecEnv) -> Callable[[], object]:
-    """Return what advances all environments with random actions."""
+    """Return a function that advances all environments by a control step with random actions."""
     rng = np.random.default_rng(0)
     env.reset()
     shape = (env.num_envs, *env.action_space.shape)
@@ -80,7 +81,7 @@ def _acting(env: VecEnv) -> Callable[[], object]:
 
 
 def _rate(step: Callable[[], object], simulations: int) -> float:
-    """Return simulations' steps per second in one turn."""
+    """Return the env-steps per second of one turn."""
     count = _STEPS // simulations
     began = time.perf_counter()
     for _ in range(count):

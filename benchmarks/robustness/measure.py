@@ -1,12 +1,11 @@
-"""What policies keep of their success where the scene differs from its model, trained without and with such changes.
+"""How much success policies keep if the scene differs from its model, trained without and with such changes.
 
     python benchmarks/robustness/measure.py
 
-One built-in design of each task (seed 0) is trained twice with every training seed, once with `randomize`, and each
-policy plays the same held-out variations without and with every kind of perturbation. Policies are kept under
-build/robustness and what they did in results.jsonl beside this file, so a stopped run continues; results.md is made of
-that. What was measured with another version of the benchmark has no place beside the rest: name another file with
---out.
+One built-in design of each task (seed 0) is trained twice with every training seed, once with `randomize`. Each policy
+plays the same held-out variations without and with every kind of perturbation. Policies are kept under build/robustness
+and their results in results.jsonl beside this file, so a stopped run can be continued; results.md is made from
+results.jsonl. Results of different versions of the benchmark cannot share a file: name another one with --out.
 """
 
 from __future__ import annotations
@@ -35,13 +34,13 @@ DESIGN_SEED = 0
 
 
 class Row(Artifact):
-    """What one policy did."""
+    """Results of one policy."""
 
     task: str
     randomize: bool
     seed: int
     steps: int
-    """Budget."""
+    """Budget of control steps."""
     trained_steps: int
     training_s: float
     won: int
@@ -54,7 +53,7 @@ class Row(Artifact):
 
 
 def main() -> None:
-    """Measure what is missing, and write the page."""
+    """Make the missing measurements, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--tasks", nargs="+", default=TASKS)
     parser.add_argument("--steps", type=int, default=100_000, help="control steps of each training")
@@ -79,13 +78,13 @@ def main() -> None:
 
 
 def read(raw: Path) -> list[Row]:
-    """Return what a file holds, nothing where there is no file."""
+    """Return the rows of a file, none if there is no file."""
     lines = raw.read_text(encoding="utf-8").splitlines() if raw.exists() else []
     return [Row.model_validate_json(line) for line in lines]
 
 
 def measured(task: str, randomize: bool, seed: int, steps: int, episodes: int, threads: int, folder: Path) -> Row:
-    """Train a policy and play the held-out variations."""
+    """Train a policy, play the held-out variations without and with perturbations, and return the row."""
     home = folder / task
     made = sorted(home.glob("*/designs/1/final.xml"))
     design = made[0].parent if made else aidsr.design(task=task, concepts=1, seed=DESIGN_SEED, runs=home).design(1).path
@@ -124,7 +123,7 @@ def measured(task: str, randomize: bool, seed: int, steps: int, episodes: int, t
 
 
 def page(rows: Sequence[Row]) -> str:
-    """Return a table for each task."""
+    """Return the page as Markdown, with a table for each task."""
     commits = ", ".join(sorted({row.commit for row in rows}))
     parts = [
         "# Robustness of policies",

@@ -1,4 +1,4 @@
-"""What the paper's whole study would take, from what jobs of a study of ours took: the table of docs/studies.md.
+"""Estimate the cost of the paper's whole study from the jobs of a smaller study: the table of docs/studies.md.
 
     python benchmarks/scale/table.py build/builtin-60000
 
@@ -28,7 +28,7 @@ MANUAL = ROOT / "benchmarks" / "manual" / "results.md"
 MARKS = "<!-- made by benchmarks/scale/table.py -->", "<!-- to here -->"
 DESIGNS = 15
 ARMS = 8
-"""The paper's: full, with a person, a person only, four without a part, direct."""
+"""Number of arms of the paper: full, with a person, a person only, four without a part, direct."""
 CORES = (2, 64, 1000)
 MODELS = ("openai:gpt-5", "openai:gpt-5-mini", "anthropic:claude-sonnet-4-5", "google:gemini-2.5-pro")
 
@@ -46,12 +46,12 @@ class Costs:
 
     @property
     def total_s(self) -> float:
-        """Of a design that is trained once."""
+        """Seconds of one core for a design that is trained once."""
         return self.design_s + self.training_s + self.judging_s
 
 
 def measured(study: Study) -> Costs:
-    """Return what designs of a study took, their trainings stretched to the benchmark's whole budget of steps."""
+    """Return the mean costs of a study's designs, with trainings scaled to the benchmark's whole budget of steps."""
     cells = {(cell.arm, cell.task, cell.number): cell for cell in study.cells}
     by_task: dict[str, list[tuple[float, float, float]]] = {}
     for row in read_outcomes(study):
@@ -70,14 +70,17 @@ def _to_the_budget(row: DesignRow) -> float:
 
 
 def _judging_s(training: Path) -> float:
-    """Return how long a policy was judged: from its training's end to its verdict, before films are drawn [s]."""
+    """Return the duration of a policy's evaluation [s], without the films.
+
+    It is the time between the last changes of training.json and evaluation.json.
+    """
     ended, judged = (training / name for name in ("training.json", "evaluation.json"))
     seconds = judged.stat().st_mtime - ended.stat().st_mtime
     return max(0.0, seconds)
 
 
 def visible_tokens() -> tuple[float, float]:
-    """Return tokens in and out of a design, means over the designs answered by hand."""
+    """Return the mean input and output tokens of a design, over the designs answered by hand."""
     rows = re.findall(r"\| ([\d,]+) \| ([\d,]+) \|$", MANUAL.read_text(encoding="utf-8"), flags=re.MULTILINE)
     return tuple(fmean(int(row[column].replace(",", "")) for row in rows) for column in (0, 1))  # type: ignore[return-value]
 
@@ -114,7 +117,7 @@ def table(study: Study) -> str:
 
 def _hours(name: str, designs: int, costs: Costs, seeds: int = 1) -> str:
     hours = designs * (costs.design_s + seeds * (costs.training_s + costs.judging_s)) / 3600
-    # no study is over before its slowest policy is trained
+    # a study takes at least as long as its slowest training
     shown = [max(hours / cores, costs.longest_s / 3600) for cores in CORES]
     return f"| {name} | {designs:,} | {hours:,.0f} | " + " | ".join(f"{each:,.1f} h" for each in shown) + " |"
 
@@ -129,7 +132,7 @@ def _dollars(name: str, tokens_in: str, tokens_out: str, model: str, each: float
 
 
 def main() -> None:
-    """Put the tables into the page."""
+    """Write the tables into docs/studies.md."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("study", type=Path, help="a study with trained designs")
     study = open_study(parser.parse_args().study)

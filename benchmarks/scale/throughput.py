@@ -1,10 +1,10 @@
-"""How much more two workers do than one: the same study with --jobs 1 and --jobs 2, in turns.
+"""Compare the throughput of two workers and of one: the same study with --jobs 1 and --jobs 2, alternating.
 
     python benchmarks/scale/throughput.py
 
-One design is made beforehand. Timed is what `aidsr benchmark --resume --jobs J` then does: its policies are trained and
-judged, one job each, all of the same size. Every round begins with a fresh copy of the study. Needs a machine that does
-nothing else; about five minutes on two cores.
+One design is made beforehand. The timed part is what `aidsr benchmark --resume --jobs J` then does: training and
+evaluating its policies, one job each, all of the same size. Every round begins with a fresh copy of the study. Nothing
+else should run at the same time. It takes about five minutes on two cores.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ from aidsr.studies.runner import read_failures, run_study
 from aidsr.studies.study import Arm, StudyPlan, create_study, open_study
 
 TASK = "grasping/dynamic_catching"
-"""Short episodes, so that little of a job is judging."""
+"""A task with short episodes, so that evaluation is a small part of a job."""
 WORKERS = (1, 2)
 RESULTS = Path(__file__).parent / "results.md"
 
 
 def prepared(folder: Path, policies: int, steps: int) -> Path:
-    """Return a study whose one design is made and verified, and none of its policies."""
+    """Return the folder of a study whose one design is made and verified, and whose policies are not trained yet."""
     arm = Arm(name="builtin", config=RunConfig(concepts=1))
     plan = StudyPlan(tasks=(TASK,), arms=(arm,), runs=1, seeds=policies, steps=steps, protocol="paper", probe=False)
     study = create_study(folder, plan)
@@ -44,7 +44,7 @@ def prepared(folder: Path, policies: int, steps: int) -> Path:
 
 
 def seconds(study: Path, workers: int) -> float:
-    """Return how long a copy of a study takes to its end [s]."""
+    """Return how long a copy of a study takes to finish [s]."""
     with tempfile.TemporaryDirectory() as folder:
         copy = open_study(shutil.copytree(study, Path(folder) / "study"))
         began_s = time.monotonic()
@@ -89,7 +89,7 @@ def page(took_s: dict[int, list[float]], policies: int, steps: int, load: tuple[
 
 
 def main() -> None:
-    """Measure in turns and write the page."""
+    """Measure both numbers of workers in turns, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--policies", type=int, default=2, help="trained in each round; an even number")
     parser.add_argument("--steps", type=int, default=2000, help="control steps of a policy")

@@ -1,7 +1,7 @@
 """How many designs of the built-in team end as stable scenes.
 
-Runs the whole loop for each task and seed, then validates each final scene once more, on its own. A design counts as
-stable when it was approved and its final scene passes; every design attempted is in the denominator.
+Runs the whole design loop for each task and seed, then validates each final scene once more, on its own. A design
+counts as stable if it was approved and its final scene passes. Rates are shares of all attempted designs.
 
     python benchmarks/stability/run.py --seeds 5 --tasks button_pushing simple_grasping flat_ground drawer_opening
 """
@@ -29,7 +29,7 @@ FOUR = ("button_pushing", "simple_grasping", "flat_ground", "drawer_opening")
 
 @dataclass(frozen=True)
 class Attempt:
-    """One design and how it ended."""
+    """One design and its outcome."""
 
     task: str
     seed: int
@@ -38,7 +38,7 @@ class Attempt:
     stable: bool
     iterations: int
     faults: tuple[str, ...]
-    """Codes of all errors met on the way."""
+    """Codes of all errors that the validator reported during the design."""
 
 
 def main() -> None:
@@ -57,14 +57,14 @@ def main() -> None:
 
 
 def attempts_at(task: str, seeds: Sequence[int]) -> list[Attempt]:
-    """Return all designs of a task, one run a seed."""
+    """Return all designs of a task, with one run per seed."""
     with tempfile.TemporaryDirectory() as folder:
         runs = [(seed, aidsr.design(task=task, seed=seed, runs=folder)) for seed in seeds]
         return [attempt(task, seed, design) for seed, run in runs for design in run.designs]
 
 
 def attempt(task: str, seed: int, design: DesignFolder) -> Attempt:
-    """Return how one design ended, its final scene validated anew."""
+    """Return the outcome of one design; its final scene is validated again."""
     outcome = design.outcome.read()
     concept = design.iteration(1).concept.read()
     reports = [r for it in design.iterations for r in (it.robot_report.read(), it.scene_report.read()) if r is not None]

@@ -1,6 +1,6 @@
-"""Policies that nobody designed: what a task gives away to a body that idles, holds still, twitches or swings.
+"""Trivial policies as a lower bound: how often a task is won by idle, constant, random or swinging actions.
 
-A policy with parameters is chosen on development variations and counted on held-out ones.
+The parameters of a policy are chosen on development variations; its successes are counted on held-out ones.
 """
 
 from __future__ import annotations
@@ -20,29 +20,32 @@ from aidsr.tasks import Split, Task
 from aidsr.tasks.readings import FloatArray
 
 CONSTANTS = 27
-"""Constant actions tried: all combinations of -1, 0 and 1 on three groups of actuators, or as many of a larger grid."""
+"""Number of constant actions tried: all combinations of -1, 0 and 1 for up to three groups of actuators, or a random
+sample of the same size from a larger grid."""
 SCREENED, SCREEN_S = 2, 15.0
-"""Development variations on which each candidate is played first, and for how long at most [s]."""
+"""Number of development variations on which each candidate is screened first, and longest time of an episode [s]."""
 FINALISTS, FINALS = 4, 4
-"""The best of them are played on as many development variations more, to the end."""
+"""Number of best candidates that reach the finals, and of further development variations on which these are played to
+the end."""
 HELD_S = 0.5
-"""How long the slower of the two random policies holds an action [s]."""
+"""Time for which the slower of the two random policies holds an action [s]."""
 QUICK_S = 0.04
-"""How long the quicker one does [s]: 25 Hz, whatever the task's own rate."""
+"""Time for which the faster of the two random policies holds an action [s]: 25 Hz, for any control rate of the task."""
 STRENGTHS = (0.4, 0.7, 1.0)
 BEGIN_S = (0.0, 0.25, 0.5, 1.0, 2.0, 3.0)
 PERIODS_S = {"locomotion": (0.5, 1.0, 2.0, 4.0), "manipulation": (2.0, 4.0, 8.0, 16.0)}
 LAGS_DEG = (0, 60, 90, 120, 180, 270)
 _RAMP_S, _SNAP_S = 2.0, 0.1
 _BATCH = 96
-"""Episodes side by side."""
+"""Number of episodes simulated side by side."""
 _STILL, _STILL_S = 1e-4, 2.0
-"""A body whose every speed [m/s, rad/s] is below this for so long stands still for good under a constant action."""
+"""Largest speed [m/s, rad/s] and time [s]. A scene whose every speed stays below the first for the second is taken to
+stand still for good under a constant action."""
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """One motion, and its parameters in words."""
+    """A motion, and its parameters in words."""
 
     words: str
     motion: Motion
@@ -50,7 +53,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Measured:
-    """What a policy came to on held-out variations, and how it was chosen."""
+    """Results of a policy on held-out variations, and how it was chosen."""
 
     policy: str
     chosen: str
@@ -61,7 +64,7 @@ class Measured:
 
 
 def measure(scene: TaskScene, policies: Sequence[str], episodes: int, threads: int) -> Iterator[Measured]:
-    """Play each of the policies (see `POLICIES`) on the first held-out variations of a task, one after the other."""
+    """Play the named policies (see `POLICIES`) one after the other on the first held-out variations of a task."""
     for name in policies:
         yield POLICIES[name](scene, name, episodes, threads)
 
@@ -72,7 +75,7 @@ def idle(scene: TaskScene) -> list[Candidate]:
 
 
 def constants(scene: TaskScene) -> list[Candidate]:
-    """Return constant actions: the whole grid of -1, 0 and 1 where it is small, or a fixed sample of it."""
+    """Return constant actions: the whole grid of -1, 0 and 1 if it is small, otherwise a fixed sample of it."""
     k = scene.actions.size
     if 3**k <= CONSTANTS:
         grid = [np.array(values) for values in product((-1.0, 0.0, 1.0), repeat=k)]
@@ -83,7 +86,7 @@ def constants(scene: TaskScene) -> list[Candidate]:
 
 
 def rules(scene: TaskScene) -> list[Candidate]:
-    """Return a family of motions with two parameters: which one, depends on the task's category."""
+    """Return a family of motions with two parameters; the family depends on the task's category."""
     category = scene.task.name.partition("/")[0]
     if category in PERIODS_S:
         return [_swing(scene, period_s, lag) for period_s, lag in product(PERIODS_S[category], LAGS_DEG)]
@@ -93,7 +96,7 @@ def rules(scene: TaskScene) -> list[Candidate]:
 
 
 def _swing(scene: TaskScene, period_s: float, lag_deg: int) -> Candidate:
-    """Return sinusoids of all groups, each this much behind the one before."""
+    """Return sinusoidal motions of all groups, each with a phase lag relative to the group before."""
     phases = -np.deg2rad(lag_deg) * np.arange(scene.actions.size)
     return Candidate(
         f"period {period_s:g} s, lag {lag_deg} deg", _motion(scene, amplitude=1.0, phases=phases, period_s=period_s)
@@ -101,7 +104,7 @@ def _swing(scene: TaskScene, period_s: float, lag_deg: int) -> Candidate:
 
 
 def _pull(scene: TaskScene, members: tuple[int, ...], strength: float, begin_s: float) -> Candidate:
-    """Return a pull of some groups, while the actuators of a mount go to their upper ends."""
+    """Return a pull of some groups, while the actuators of a mount move to the upper ends of their ranges."""
     first, last = scene.actions.rest, scene.actions.rest.copy()
     names = [group.name.removeprefix("robot/") for group in scene.actions.groups]
     for k in members:
@@ -115,7 +118,10 @@ def _pull(scene: TaskScene, members: tuple[int, ...], strength: float, begin_s: 
 
 
 def _directions(scene: TaskScene) -> list[tuple[int, ...]]:
-    """Return which of the robot's groups are pulled together: any, or of more than three each, all, all but one."""
+    """Return the sets of the robot's groups that are pulled together.
+
+    With up to three groups all subsets; with more, each single group, all groups, and all groups but one.
+    """
     own = [k for k, group in enumerate(scene.actions.groups) if group.name not in scene.task.policy_actuators]
     few = range(1, len(own) + 1) if len(own) <= 3 else (1, len(own) - 1, len(own))
     return [members for count in few for members in combinations(own, count)]
@@ -143,12 +149,12 @@ def _motion(
 
 
 class RandomPolicy:
-    """Uniform random actions, each held for a while; those of an episode depend on its number alone.
+    """Uniform random actions, each held for some time. An episode's actions depend only on its number.
 
     Args:
-        task: Its rate of control.
-        k: Numbers in an action.
-        held_s: How long an action is held [s].
+        task: Task, which defines the control rate and the length of episodes.
+        k: Number of values in an action.
+        held_s: Time for which an action is held [s].
         episodes: Numbers of the episodes.
     """
 
@@ -190,13 +196,15 @@ POLICIES: dict[str, Callable[[TaskScene, str, int, int], Measured]] = {
     "random 0.5 s": _random(HELD_S),
     "rule": _best_of(rules),
 }
-"""The policies by their names in the table; each takes a scene, its name, how many held-out episodes, and threads."""
+"""The policies by their names in the table. Each takes a scene, its name, the number of held-out episodes, and the
+number of threads."""
 
 
 def _choose(scene: TaskScene, candidates: Sequence[Candidate], threads: int) -> tuple[Candidate, int, int]:
-    """Return the best candidate on development variations, and its successes there of how many episodes.
+    """Return the best candidate on development variations, its number of successes there, and the number of episodes.
 
-    Most successes first, then mean best progress. Screening cuts long episodes short; the finals do not.
+    Candidates are ranked by successes, then by mean best progress. Screening cuts long episodes short; the finals do
+    not.
     """
     if len(candidates) == 1:
         return candidates[0], 0, 0
@@ -214,7 +222,7 @@ def _best_first(scores: FloatArray) -> list[int]:
 def _success_and_progress(
     scene: TaskScene, candidates: Sequence[Candidate], indices: range, threads: int, most_s: float = np.inf
 ) -> FloatArray:
-    """Return the means over development variations of success and best progress, (candidates, 2)."""
+    """Return success and best progress as means over development variations, (candidates, 2)."""
     motions = [one.motion for one in candidates for _ in indices]
     outcomes = play_motions(scene, motions, "development", [*indices] * len(candidates), threads, most_s)
     both = np.stack([outcomes.success, outcomes.best_progress], axis=1)
@@ -233,11 +241,11 @@ def play_motions(
 
     Args:
         scene: The scene.
-        motions: One for each episode.
-        split: Of the variations.
-        indices: Their numbers, one for each episode.
+        motions: Motions, one for each episode.
+        split: Split of the variations.
+        indices: Numbers of the variations, one for each episode.
         threads: Native threads for physics; 0 takes all processors.
-        most_s: Where episodes are cut off [s].
+        most_s: Time after which episodes are cut off [s].
     """
 
     def part(rows: slice) -> EpisodeOutcomes:
@@ -263,12 +271,12 @@ def play(
 
     Args:
         scene: The scene.
-        policy: Acts on all of them side by side.
-        split: Of the variations.
-        indices: Their numbers.
+        policy: Policy that acts on all episodes side by side.
+        split: Split of the variations.
+        indices: Numbers of the variations.
         threads: Native threads for physics; 0 takes all processors.
-        most_s: Where episodes are cut off [s].
-        constant: The policy never changes its actions: episodes end once everything stands still.
+        most_s: Time after which episodes are cut off [s].
+        constant: Whether the policy never changes its actions. If so, episodes end once everything stands still.
     """
     drawn = [scene.task.variation(split, index) for index in indices]
     episodes = Episodes(scene.model, scene.task, scene.actions, drawn, threads=threads)
@@ -281,6 +289,6 @@ def play(
         done = still_s > max(_STILL_S, scene.task.hold_s + scene.task.control_dt_s)
         episodes.time_limit_s[done] = result.time_s[done]
 
-    # a task with a script of its own starts moving again
+    # a task with its own script may start moving again
     ends = constant and type(scene.task).script is Task.script
     return rollout(episodes, policy, end_the_still if ends else lambda _result: None)

@@ -1,4 +1,4 @@
-"""What the probe costs: processor seconds of its default on built-in bodies (docs/learning.md quotes it).
+"""Cost of the default probe: processor seconds on built-in bodies (quoted in docs/learning.md).
 
 python benchmarks/tasks/probe_seconds.py [TASK:DESIGN ...]
 """
@@ -18,7 +18,7 @@ BODIES = "button_pushing:1 button_pushing:2 surface_adapting:2 simple_grasping:1
 
 
 def main() -> None:
-    """Print a row for each body: design of the built-in team, seed 1, as first written."""
+    """Print a row for each body, which is a design of the built-in team with seed 1, as first written."""
     for name, _, number in (body.partition(":") for body in sys.argv[1:] or BODIES.split()):
         task, rules = load_task(name), team(1)
         brief = task.brief()

@@ -1,10 +1,10 @@
-"""Are the tasks good tasks? What wins without a designed policy, and how far open-loop motions come.
+"""Are the tasks good tasks? Measure what wins without a designed policy, and how far open-loop motions come.
 
     make tasks-study                                                        # everything, hours
     python -m benchmarks.tasks.study --tasks button_pushing --try           # one task, a minute; nothing is kept
 
-A task at which a body wins that idles, holds a constant action or moves at random gives its success away: more than 5 %
-of the held-out episodes is marked. Bodies are the built-in team's designs of seeds 0, 1 and 2 for the task. Each plays
+A task is too easy if a body wins it by idling, by a constant action or by random actions: more than 5 % of the held-out
+episodes is marked. Bodies are the built-in team's designs of seeds 0, 1 and 2 for the task. Each body plays
 
 - idle: controls nearest to 0;
 - constant: the best of 27 constant actions, -1, 0 or 1 for each group of actuators;
@@ -12,11 +12,11 @@ of the held-out episodes is marked. Bodies are the built-in team's designs of se
 - rule: the best of a family with two parameters. Reaching: pull a set of groups within 2 s, with a strength. Grasping:
   pull a set of groups at a time. Locomotion, manipulation: sinusoids with a period and a lag from group to group.
 
-"Best of" is chosen on development variations and counted on held-out ones. Without --only-floors each body is also
-probed: a search of open-loop motions for single development variations. What was measured stands in results.jsonl, one
-line for each task, level, body and policy, and is not measured again while task, version, scene and number of episodes
-are the same; results.md is made of it. For a quick look give --try with --only-floors, --levels standard, --bodies 1,
---episodes 20 or --policies idle constant: it prints the table and writes nothing.
+The best of a family is chosen on development variations; its successes are counted on held-out ones. Without
+--only-floors each body is also probed: open-loop motions are searched for single development variations. Measurements
+are kept in results.jsonl, one line for each task, level, body and policy, and are not repeated while task, version,
+scene and number of episodes are the same; results.md is made from them. For a quick look use --try with --only-floors,
+--levels standard, --bodies 1, --episodes 20 or --policies idle constant: this prints the table and writes nothing.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ HERE = Path(__file__).parent
 FACTS, TABLE = HERE / "results.jsonl", HERE / "results.md"
 UNDESIGNED = tuple(name for name in POLICIES if name != "rule")
 MOST_SHARE = 0.05
-"""What a policy that nobody chose anything for may win. Our choice: one episode in twenty."""
+"""Largest share of episodes that a trivial policy may win. Our choice: one episode in twenty."""
 
 Fact = dict[str, Any]
 Keep = Callable[[Fact], None]
@@ -63,7 +63,7 @@ class Body:
 
 
 def main() -> None:
-    """Measure what is not measured yet, and write the table."""
+    """Make the missing measurements, and write the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--tasks", nargs="+", default=list(task_names()), help="all unless named")
     parser.add_argument("--levels", nargs="+", default=["standard", "hard"])
@@ -91,7 +91,7 @@ def main() -> None:
 
 
 def study(task: Task, asked: argparse.Namespace, known: list[Fact], keep: Keep) -> None:
-    """Measure one task at one level, as far as that is not known."""
+    """Make the missing measurements of one task at one level."""
     for seed in range(asked.bodies):
         began = time.monotonic()
         body, outcome = built_in(task, seed)
@@ -116,7 +116,7 @@ def study(task: Task, asked: argparse.Namespace, known: list[Fact], keep: Keep) 
 
 
 def built_in(task: Task, seed: int) -> tuple[Body | None, str]:
-    """Return the first design of the built-in team for a task, or none and why."""
+    """Return the first design of the built-in team for a task, or None and the outcome of the failed design."""
     with tempfile.TemporaryDirectory() as folder:
         run = aidsr.design(task=task.name, level=task.level, seed=seed, concepts=1, runs=folder)
         (design,) = run.designs
@@ -128,7 +128,7 @@ def built_in(task: Task, seed: int) -> tuple[Body | None, str]:
 
 
 def floor(task: Task, body: Body, found: Measured, wall_s: float) -> Fact:
-    """Return the line that is kept of a policy."""
+    """Return the record of a policy."""
     outcomes = found.outcomes
     return {
         **_about(task, body),
@@ -148,7 +148,7 @@ def floor(task: Task, body: Body, found: Measured, wall_s: float) -> Fact:
 
 
 def probe(task: Task, body: Body, threads: int) -> Fact:
-    """Return the line that is kept of a probe with its defaults."""
+    """Probe a body with the default settings, and return the record."""
     own = [group for group in body.scene.actions.groups if group.name not in task.policy_actuators]
     found = aidsr.probe(body.scene.mjcf, task, groups=own, threads=threads)
     names = ("success_share", "same_motion_share", "progress", "reached", "motions", "max_steps", "ended_by")
@@ -180,23 +180,23 @@ _TASK = ("task", "level", "version", "task_sha256")
 
 
 def digest(task: Task) -> str:
-    """Return what a task's facts depend on beside the scene: its module, those of the classes it extends, its XML."""
+    """Return a hash of a task's modules (its own and those of its base classes) and XML; facts depend on these too."""
     modules = {module for cls in type(task).__mro__ if (module := inspect.getmodule(cls)) and cls is not object}
     texts = sorted(inspect.getsource(module) for module in modules if module.__name__.startswith("aidsr."))
     return hashlib.sha256("\0".join([*texts, task.environment]).encode()).hexdigest()[:12]
 
 
 def say(line: str) -> None:
-    """Print a line now."""
+    """Print a line without buffering."""
     sys.stdout.write(line + "\n")
     sys.stdout.flush()
 
 
-# --- what was measured ---
+# --- the records ---
 
 
 def facts() -> list[Fact]:
-    """Return what was measured so far: of each task, level, body and policy the latest."""
+    """Return the latest record of each task, level, body and policy."""
     lines = FACTS.read_text(encoding="utf-8").splitlines() if FACTS.exists() else []
     return _latest(json.loads(line) for line in lines)
 
@@ -208,14 +208,14 @@ def _latest(found: Iterable[Fact]) -> list[Fact]:
 
 
 def append(fact: Fact) -> None:
-    """Keep a line; several processes may measure at the same time."""
+    """Append a record to the file; several processes may measure at the same time."""
     with FACTS.open("a", encoding="utf-8") as file:
         fcntl.flock(file, fcntl.LOCK_EX)
         file.write(json.dumps(fact) + "\n")
 
 
 def compact() -> None:
-    """Drop lines that newer ones replace, and put the rest into the order of the tasks."""
+    """Drop records that newer ones replace, and sort the rest by task."""
     with FACTS.open("a", encoding="utf-8") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         places = {name: place for place, name in enumerate(task_names())}
@@ -248,7 +248,7 @@ those of all bodies, and the best body's mean progress.
 
 
 def table(known: list[Fact]) -> str:
-    """Return facts as a page."""
+    """Return the page on records as Markdown."""
     head = _HEAD.format(most=MOST_SHARE, policies=" | ".join(POLICIES), lines="|".join(["---"] * len(POLICIES)))
     return head + "".join(f"{row}\n" for row in _rows(known)) + _winners(known)
 
@@ -290,7 +290,7 @@ def _probed(found: list[Fact]) -> str:
 
 
 def _winners(known: list[Fact]) -> str:
-    """Return which bodies and policies win more than is given away."""
+    """Return a table of the bodies and policies that win more than `MOST_SHARE`; empty if there is none."""
     marked = [fact for fact in known if fact["kind"] == "floor" and _share(fact) > MOST_SHARE]
     if not marked:
         return ""

@@ -1,1 +1,1 @@
-"""Designs of teams that a language model plays, trained and judged side by side."""
+"""Comparison of teams played by a language model: their designs are trained and evaluated."""

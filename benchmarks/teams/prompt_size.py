@@ -1,10 +1,10 @@
-"""What the measuring team's conversations cost, as they were recorded and with prompts as they are built now.
+"""Count the tokens of the measuring team's conversations, as recorded and with prompts as they are built today.
 
     python -m benchmarks.teams.prompt_size
 
-Replies and results are those of the transcripts; only the prompts are built anew, by the code of a session. So this is
-what the same replies cost today, not what a model that reads the shorter prompts would reply. Tokens are those of the
-project's own estimate, bytes / 3; replies count as recorded.
+Replies and results are taken from the transcripts; only the prompts are built again, by the code of a session. The
+figures show what the same replies would cost today. A model that reads the shorter prompts might reply differently.
+Tokens are the project's own estimate, bytes / 3; replies count as recorded.
 """
 
 from __future__ import annotations
@@ -33,32 +33,32 @@ TRANSCRIPTS = Path(__file__).parent / "transcripts" / "measuring-before"
 _BUDGET = ToolBudget(calls=80, minutes=60)
 _RESULT = re.compile(r"^## \d+\. \w+\n\n(.*?)(?=\n\n## \d+\. \w+\n\n|\Z)", re.MULTILINE | re.DOTALL)
 _USED = re.compile(r"\n\[\d+ of \d+ calls, (\d+) of \d+ minutes\]$")
-"""A line that results had."""
+"""Last line of recorded results, which states the spent budget; today's results do not have it."""
 
 
 @dataclass(frozen=True)
 class Cost:
-    """Tokens of one design."""
+    """Tokens of one design's conversation."""
 
     task: str
     calls: int
     recorded: int
-    """As they were recorded."""
+    """Tokens of prompts and replies as recorded."""
     replies: int
     prompts: tuple[int, ...]
-    """Of each prompt as it is built now."""
+    """Tokens of each prompt as it is built today."""
 
     @property
     def now(self) -> int:
-        """With prompts as they are built now."""
+        """Tokens of replies as recorded and of prompts as they are built today."""
         return self.replies + sum(self.prompts)
 
 
 def cost(folder: Path) -> Cost:
-    """Return what the calls of a run cost.
+    """Return the tokens of a run's calls.
 
     Args:
-        folder: Of one run of the measuring team with one design.
+        folder: Folder of a run of the measuring team with one design.
     """
     paths = sorted(folder.glob("designs/1/01/calls/*.json"))
     records = [CallRecord.model_validate_json(path.read_bytes()) for path in paths]
@@ -74,11 +74,11 @@ def cost(folder: Path) -> Cost:
 
 
 def questions(records: Sequence[CallRecord], folder: Path) -> list[tuple[Message, ...]]:
-    """Return the conversation before each recorded reply, as a session builds it now.
+    """Return the conversation before each recorded reply, as a session builds it today.
 
     Args:
-        records: Of one session, in order.
-        folder: Where its bodies are kept.
+        records: Recorded calls of one session, in order.
+        folder: Folder for the session's bodies.
     """
     session = Session(_NoModel(), Toolbox(Workspace(folder / "work"), folder, _BUDGET))
     start, exchanges = records[0].question.messages[1].text, list[Exchange]()
@@ -109,7 +109,11 @@ def _prompts(records: Sequence[CallRecord], folder: Path) -> list[int]:
 
 
 def _results(calls: Sequence[ToolCall], text: str, workspace: Workspace) -> tuple[ToolRecord, ...]:
-    """Return what calls brought, as it stands in the recorded message; keep the bodies that they made."""
+    """Return the results of tool calls from the recorded message, and add the bodies that they made to the workspace.
+
+    Raises:
+        ValueError: A body gets another name in the workspace than in the transcript.
+    """
     results = []
     for call, told in zip(calls, _RESULT.findall(text), strict=True):
         found = _USED.sub("", told)
@@ -128,7 +132,7 @@ def _results(calls: Sequence[ToolCall], text: str, workspace: Workspace) -> tupl
 
 
 def _changed(workspace: Workspace, one: ToolRecord) -> str:
-    """Return the MJCF of a robot that was edited; one that code fixed is told as it was."""
+    """Return the MJCF of an edited robot. For one that was fixed by code, return the MJCF before the fix."""
     before, patch = workspace.robot(one.values["robot"]).mjcf, str(one.values.get("patch", ""))
     if not patch:
         return before
@@ -136,7 +140,7 @@ def _changed(workspace: Workspace, one: ToolRecord) -> str:
 
 
 def _figures(text: str) -> dict[str, float]:
-    """Return how far a scene came, as it stands in a result."""
+    """Return the progress of a scene that a result's text states; empty if it states none."""
     if found := re.search(rf"^{MEAN_PROGRESS} ([\d.]+)", text) or re.search(r"^progress: best ([\d.]+)", text, re.M):
         return {MEAN_PROGRESS: float(found[1])}
     rows = re.findall(r"^\d+ \| ([\d.]+) \|", text, re.MULTILINE) if text.startswith("variation | ") else []
@@ -144,7 +148,7 @@ def _figures(text: str) -> dict[str, float]:
 
 
 def table(costs: Sequence[Cost]) -> str:
-    """Return the table of all designs."""
+    """Return the table of all designs as Markdown."""
     lines = ["| task | calls | tokens recorded | tokens now | of these replies | first prompt now | last prompt now |"]
     lines.append("|---|---|---|---|---|---|---|")
     lines += [

@@ -1,17 +1,17 @@
-"""Train and judge the designs of runs that a language model answered, and compare the teams.
+"""Train and evaluate the designs of runs that a language model answered, and compare the teams.
 
     aidsr design --task incline --model manual:desk --runs build/teams/four-roles      # and somebody answers
     aidsr design --task incline --model manual:desk --runs build/teams/measuring --team measuring --concepts 1
     python -m benchmarks.teams.run build/teams/*/*
 
-The folder that holds a run names its arm.
+The name of the folder that holds a run is its arm.
 
-One row a design goes to results.jsonl and the table made of them to results.md. A policy plays the first 20 held-out
-episodes with the checks of an evaluation, and where it wins at least 3 of them the other 80 as well. A design that was
-not approved has a row too. The same command goes on with what is left; `--write-only` makes the table alone,
-`--publish` copies what makes the robots again (`aidsr design --model replay:RUN`) to transcripts/. `--floors` plays
-policies that nobody trained on the scenes of the successful designs, of runs or of transcripts, and keeps what they win
-in floors.jsonl.
+Each design gets a row in results.jsonl, also if it was not approved; the table made from the rows goes to results.md. A
+policy plays the first 20 held-out episodes with the checks of an evaluation and, if it wins at least 3 of them, the
+other 80 as well. The same command continues with the designs that are missing. `--write-only` only writes the table.
+`--publish` copies the files that make the robots again (`aidsr design --model replay:RUN`) to transcripts/. `--floors`
+plays untrained policies in the scenes of successful designs, of runs or of transcripts, and records their successes in
+floors.jsonl.
 """
 
 from __future__ import annotations
@@ -51,86 +51,87 @@ HOME = Path(__file__).parent
 RESULTS = HOME / "results.jsonl"
 FLOORS = HOME / "floors.jsonl"
 UNTRAINED = ("idle", "constant", "random 25 Hz", "random 0.5 s")
-"""Policies of `benchmarks.tasks.floors` that nobody trained."""
+"""Untrained policies of `benchmarks.tasks.floors`."""
 FLOOR_EPISODES = 20
 FIRST_EPISODES = 20
-"""Of the held-out ones, played first: in them the evaluation's checks are made, and perturbed scenes are played."""
+"""Number of held-out episodes that are played first, with the evaluation's checks and the perturbed scenes."""
 FEWEST_WON = 3
-"""Of these, for the others to be played: who wins every second episode wins fewer once in five thousand times."""
+"""Successes in these episodes that are needed for the other 80 to be played. A policy that wins every second episode
+has fewer successes once in five thousand times."""
 PAPER_TOKENS_A_SUCCESS = 151_000 / 0.267
-"""Tokens for each successful design. Source: the AID-SR paper, 151,000 tokens a design, 26.7 % successful."""
+"""Tokens per successful design. Source: the AID-SR paper, 151,000 tokens per design, 26.7 % successful."""
 UNVALIDATED: tuple[Method, ...] = ("direct", "no_validation", "no_feedback")
-"""Methods that approve every robot as it was written; the validator is asked here."""
+"""Methods that approve every robot as it was written; this program validates their robots."""
 _KEPT = ("run.json", "brief.json", "environment.xml", "concepts.json")
-"""Of a run, beside its recorded calls."""
+"""Files of a run that are published, beside its recorded calls."""
 _FINAL = ("final.xml", "final_robot.xml", "outcome.json")
-"""Of each design."""
+"""Files of each design that are published."""
 
 
 class Row(Artifact):
-    """What came of one design."""
+    """Result of one design."""
 
     task: str
     arm: str
-    """How it was designed: the name of the folder that holds the run."""
+    """Method of the design: the name of the folder that holds the run."""
     run: str
     """Name of the run's folder."""
     design: int
     concept: str
     outcome: str
-    """As in outcome.json of the design."""
+    """Outcome in the design's outcome.json, or "not stable", see `UNVALIDATED`."""
     first_stable: bool
-    """Whether the first robot that was written is sound and in scope, after fixes by code."""
+    """Whether the first written robot is sound and in scope, after fixes by code."""
     iterations: int
     calls: int
     tokens: int
-    """Visible ones, read and written; those of the Designer are shared evenly."""
+    """Visible tokens, read and written; the Designer's are shared evenly among the designs."""
     latency_s: float | None = None
-    """Of the design, on the clock; None for a run that was made again from its transcript."""
+    """Wall time of the design [s]; None for a run that was made again from its transcript."""
     valid: bool = False
     successful: bool = False
     success_share: float = 0.0
     progress: float = 0.0
-    """Mean of the furthest that each held-out episode came."""
+    """Mean, over the held-out episodes, of the best progress of each."""
     episodes: int = 0
     kept_perturbed: float | None = None
-    """Share of success kept where parameters, delays and friction are off, in 20 episodes of each kind, in the
-    first 37 rows in 100; None where the verdict is no success."""
+    """Share of success kept if parameters, delays and friction differ from the model, in 20 episodes of each kind (100
+    in the first 37 rows); None if the design is not successful."""
     failed_checks: tuple[str, ...] = ()
     script: str = ""
-    """With which training began: the designer's, who saw it win half of some variations or more; "" for nothing."""
+    """Motion script with which training began; its designer saw it win at least half of some variations. "" if none."""
     motion: bool = False
-    """Whether the policy is a motion that a probe found and learning did not beat; False in rows of before there was a
+    """Whether the policy is a motion that a probe found and learning did not beat; False in rows older than this
     search."""
     steps: int = 0
     most_steps: int = 0
     training_s: float = 0.0
     commit: str = ""
-    """Of the source that judged."""
+    """Commit of the source that evaluated."""
     scene_sha256: str = ""
     benchmark_version: int = BENCHMARK_VERSION
 
 
 @dataclass(frozen=True)
 class Asked:
-    """How designs are trained."""
+    """Settings of trainings and evaluations."""
 
     steps: int
     perturbed: bool
 
 
 class Floor(Artifact):
-    """What policies that nobody trained win in one scene."""
+    """Successes of untrained policies in one scene."""
 
     scene_sha256: str
     wins: dict[str, int]
-    """Of the held-out episodes, by the name of the policy."""
+    """Number of held-out episodes won, by the name of the policy."""
     episodes: int
     commit: str
 
 
 def main() -> None:
-    """Do what is left, then write the table."""
+    """Do the remaining designs, then write the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("runs", nargs="*", type=Path, help="run folders")
     parser.add_argument("--steps", type=int, default=60_000, help="control steps a policy, at most")
@@ -164,7 +165,7 @@ def main() -> None:
 
 
 def measure_floors(folders: Iterable[DesignFolder]) -> None:
-    """Play untrained policies in the scenes of successful designs that have no floor yet."""
+    """Play untrained policies in those scenes of successful designs that have no record in floors.jsonl yet."""
     known = {floor.scene_sha256 for floor in read_floors(FLOORS)}
     wanted = {row.scene_sha256 for row in read_rows(RESULTS) if row.successful} - known
     for folder in folders:
@@ -182,7 +183,7 @@ def measure_floors(folders: Iterable[DesignFolder]) -> None:
 
 
 def read_floors(path: Path) -> tuple[Floor, ...]:
-    """Return the floors in a file, none where there is no file."""
+    """Return the floors in a file, none if there is no file."""
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
     return tuple(Floor.model_validate_json(line) for line in lines)
 
@@ -195,13 +196,13 @@ def _note(row: Row) -> None:
 
 
 def read_rows(path: Path) -> tuple[Row, ...]:
-    """Return the rows in a file, none where there is no file."""
+    """Return the rows in a file, none if there is no file."""
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
     return tuple(Row.model_validate_json(line) for line in lines)
 
 
 def row_of(run: Run, folder: DesignFolder, asked: Asked) -> Row:
-    """Train an approved design, judge its policy, and return its row."""
+    """Return the row of a design; train it and evaluate its policy if it was approved."""
     state = read_status(run).design(folder.number)
     first = folder.iterations[0].robot_report.read() if folder.iterations else None
     row = Row(
@@ -226,7 +227,7 @@ def row_of(run: Run, folder: DesignFolder, asked: Asked) -> Row:
 
 
 def trained(row: Row, folder: DesignFolder, home: Path, asked: Asked) -> Row:
-    """Train a design in a folder, judge its policy, and return its row with what came of that."""
+    """Train a design in a folder, evaluate its policy, and return its row with these results."""
     found = find_scene(folder)
     recipe = recipe_of("best", script=found.script)
     training = train(found.for_learning("auto"), home, steps=asked.steps, recipe=recipe, threads=1)
@@ -260,11 +261,11 @@ def trained(row: Row, folder: DesignFolder, home: Path, asked: Asked) -> Row:
 
 
 def train_again(name: str, asked: Asked) -> None:
-    """Train a design again from its transcript, and replace what the training of its row made.
+    """Train a design again from its transcript, and replace the results of training in its row.
 
     Args:
-        name: Of the design, ARM/TASK/DESIGN.
-        asked: How.
+        name: Name of the design, ARM/TASK/DESIGN.
+        asked: Settings of the training and the evaluation.
     """
     arm, task, number = name.split("/")
     run = Run(HOME / "transcripts" / arm / task)
@@ -282,7 +283,7 @@ def train_again(name: str, asked: Asked) -> None:
 
 
 def _others(home: Path) -> EpisodeOutcomes:
-    """Play the held-out episodes after the first."""
+    """Play the held-out episodes after the first `FIRST_EPISODES`."""
     training = FinishedTraining.load(home)
     task = training.scene.task
     variations = [task.variation("held_out", index) for index in range(FIRST_EPISODES, VERDICT_EPISODES)]
@@ -292,7 +293,7 @@ def _others(home: Path) -> EpisodeOutcomes:
 
 
 def _stable(run: Run, folder: DesignFolder) -> bool:
-    """Whether a robot that was taken as it was written is sound and in scope, alone and in its scene."""
+    """Whether a robot that was approved without validation is sound and in scope, alone and in its scene."""
     brief, iteration = run.brief(), folder.iterations[-1]
     robot, scene = iteration.robot.read(), iteration.scene.read()
     if robot is None or scene is None:
@@ -308,7 +309,7 @@ def _kept(verdict: Evaluation) -> float | None:
 
 
 def table(rows: Sequence[Row], floors: Sequence[Floor] = ()) -> str:
-    """Return the page. A success of before a task changed does not count."""
+    """Return the page as Markdown. Successes from before a task changed do not count."""
     rows = [row.model_copy(update={"successful": row.successful and _is_current(row)}) for row in rows]
     floor_of = {floor.scene_sha256: floor for floor in floors}
     steps = sorted({row.most_steps for row in rows})
@@ -372,7 +373,7 @@ def _summary(arm: str, rows: Sequence[Row]) -> str:
 
 
 def _matrix(rows: Sequence[Row]) -> list[str]:
-    """Return how many designs of each task succeed, by arm."""
+    """Return a table with the number of successful designs of each task, by arm."""
     arms = _unique(row.arm for row in rows)
     lines = [f"| task | {' | '.join(arms)} |", "|---" * (1 + len(arms)) + "|"]
     for task in sorted({row.task for row in rows}):
@@ -388,7 +389,7 @@ def _rate(values: Iterable[bool]) -> str:
 
 
 def line_of(row: Row, floor: Floor | None = None) -> str:
-    """Return the line of one design."""
+    """Return the table row of one design."""
     changed = "" if _is_current(row) else f" (version {row.benchmark_version})"
     words = [row.task + changed, row.arm, row.concept, row.outcome]
     words += [_yes(row.valid), _yes(row.successful), f"{row.success_share:.0%}", f"{row.progress:.2f}"]
@@ -400,7 +401,7 @@ def line_of(row: Row, floor: Floor | None = None) -> str:
 
 
 def _motion(row: Row) -> str:
-    """Return from where the policy has its motion, if from anywhere."""
+    """Return the origin of the policy's motion in words, "" without a motion."""
     return "of the probe" if row.motion else "script" if row.script else ""
 
 
@@ -409,13 +410,16 @@ def _yes(value: bool) -> str:
 
 
 def _robot_of(design: DesignFolder) -> tuple[Path, ...]:
-    """Return the files of the approved robot, which hold what belongs together in an action; none without one."""
+    """Return the files of the approved robot, which hold its actuator groups; none without an approved robot."""
     robots = [iteration.robot for iteration in design.leading_to() if iteration.robot.xml.path.exists()]
     return (robots[0].json.path, robots[0].xml.path) if robots and design.final_scene.path.exists() else ()
 
 
 def publish(run: Run, target: Path) -> None:
-    """Copy what `replay:` needs, and the final robots and scenes, without the directory that prompts went through."""
+    """Copy the files that `replay:` needs, and the final robots and scenes.
+
+    The path of the directory in which prompts were exchanged is replaced by "desk".
+    """
     desk = str(prompts_directory(run.asked().config.model) or "")
     shutil.rmtree(target, ignore_errors=True)
     names = [name for name in _KEPT if (run.path / name).exists()]

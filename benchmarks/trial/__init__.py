@@ -1,1 +1,1 @@
-"""How well a trial without learning tells which designs fail when they are trained."""
+"""How well a trial without learning predicts which designs fail when they are trained."""

@@ -1,6 +1,6 @@
-"""The trial as it was before: one seed, one variation, 150,000 steps, and anything past the first stage passes.
+"""The earlier trial: one seed, one variation, 150,000 steps; any progress beyond the first stage passes.
 
-Kept for comparison, as it decided at 51cdd36.
+Kept for comparison. It decides as at commit 51cdd36.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ _MOTIONS, _STEPS = 64, 150_000
 
 
 def try_as_before(scene: TaskScene) -> dict[str, object]:
-    """Return how far the best motion came, and whether the scene was sent back."""
+    """Return the success and progress of the best motion, and whether the scene is sent back."""
     found = probe_scene(scene, candidates=_MOTIONS, variations=1, max_steps=_STEPS, threads=1)
     episode = found.best.episode
     success, progress = episode.ended == "succeeded", episode.best_progress

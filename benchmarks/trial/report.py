@@ -2,7 +2,8 @@
 
     python -m benchmarks.trial.report
 
-Whether a short training as part of the trial tells more is read off the curves of the same trainings.
+The page also says whether a short training as part of the trial would tell more; this is read from the curves of the
+same trainings.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from aidsr.core.rates import Rate
 from aidsr.tasks import load_task
 
 _WANTED = 40
-"""Scenes that are to be compared."""
+"""Smallest desired number of compared scenes."""
 TRAINING = 30_000
 """Control steps of the short training, `--task-training`."""
 
@@ -38,7 +39,7 @@ def main() -> None:
 
 
 def trained_success(rows: Sequence[Row]) -> dict[str, tuple[float, float]]:
-    """Return success and progress of each training by scene: own rows, and those taken over."""
+    """Return success and progress of trainings by scene: own rows, and those taken over from other benchmarks."""
     found = {name: (row.curve[-1].success, row.curve[-1].progress) for name, row in taken_over().items()}
     teams = trained_by_teams()
     for name, tried in kept(rows, "trial").items():
@@ -48,10 +49,10 @@ def trained_success(rows: Sequence[Row]) -> dict[str, tuple[float, float]]:
 
 
 def page_of(rows: Sequence[Row], trained: Mapping[str, tuple[float, float]]) -> str:
-    """Return the page.
+    """Return the page as Markdown.
 
     Args:
-        rows: Of both trials.
+        rows: Rows of both trials.
         trained: Success and progress of trainings, by scene.
     """
     before, now = kept(rows, "earlier"), kept(rows, "trial")
@@ -83,12 +84,12 @@ def page_of(rows: Sequence[Row], trained: Mapping[str, tuple[float, float]]) -> 
 
 @dataclass(frozen=True)
 class ShortTraining:
-    """What a short training would have told of a scene."""
+    """What a short training would have shown about a scene."""
 
     won: bool
-    """Whether an episode without noise was won in `TRAINING` steps."""
+    """Whether an episode without noise succeeded within `TRAINING` steps."""
     solved: bool
-    """Whether most motions of the trial won, or a script; False where there was no trial."""
+    """Whether most motions of the trial succeeded, or a script did; False if there was no trial."""
     success: float
     """Share of episodes won after the whole training."""
     in_view: bool
@@ -96,12 +97,12 @@ class ShortTraining:
 
     @property
     def sent_back(self) -> bool:
-        """Whether the scene goes back to those who designed it."""
+        """Whether the scene is sent back to its designers."""
         return not (self.won or self.solved)
 
 
 def short_trainings(rows: Sequence[Row]) -> list[ShortTraining]:
-    """Return what is known of the first steps of trainings: of the suite, and of designs of `benchmarks.teams`."""
+    """Return the short trainings, read from trainings of the suite and of designs of `benchmarks.teams`."""
     tried = kept(rows, "trial")
     by_scene = {row.scene_sha256: row for row in tried.values()}
     found = []
@@ -127,7 +128,7 @@ def _solved(row: Row) -> bool:
 
 
 def training_page(trainings: Sequence[ShortTraining]) -> str:
-    """Return the part of the page about short trainings."""
+    """Return the page's section on short trainings as Markdown."""
     halves = [[one for one in trainings if one.in_view == in_view] for in_view in (True, False)]
     lines = [
         f"## With `--task-training {TRAINING}`",
@@ -147,7 +148,7 @@ def training_page(trainings: Sequence[ShortTraining]) -> str:
 
 
 def sent_back(row: Row) -> bool:
-    """Whether a trial sends a scene back, by the task's decisive stage as it is today."""
+    """Return whether a trial sends a scene back, by the task's present decisive stage."""
     if row.kind == "earlier":
         return row.sent_back
     limit = load_task(row.task).decisive_stage()[0] - 1e-6
@@ -161,7 +162,7 @@ def sent_back(row: Row) -> bool:
 
 
 def ranking(trials: Sequence[float], trained: Sequence[float]) -> float:
-    """Return Spearman's rank correlation, ties shared; nan where one of them is all the same.
+    """Return Spearman's rank correlation with averaged ranks for ties; nan if all values of one sequence are equal.
 
     Source: Spearman 1904, "The proof and measurement of association between two things".
     """
@@ -178,7 +179,7 @@ def _ranks(values: Sequence[float]) -> np.ndarray[tuple[int], np.dtype[np.float6
 def _share(
     half: Sequence[str], trials: Mapping[str, Row], trained: Mapping[str, tuple[float, float]], won: bool
 ) -> str:
-    """Return how many of the scenes that succeed, or fail, when trained are sent back."""
+    """Return the share of sent-back scenes among those that succeed (or fail) when trained."""
     of = [name for name in half if (trained[name][0] >= SUCCESSFUL_SHARE) == won]
     return _rate([sent_back(trials[name]) for name in of])
 

@@ -1,9 +1,10 @@
-"""Try every scene as the earlier and the present trial do, train in it, and keep what came of it.
+"""Try every scene with the earlier and the present trial, train in it, and record the results.
 
     python -m benchmarks.trial.run training earlier trial
 
-Rows go to results.jsonl; the same command goes on with what is left, and several may share the file. A row is of its
-scene's text and its version of the benchmark: one of another is made again. `report` writes the table.
+Rows go to results.jsonl. The same command continues with the rows that are missing, and several commands may share the
+file. A row holds for the text of its scene and its version of the benchmark; if one of them changes, the row is made
+again. `report` writes the table.
 """
 
 from __future__ import annotations
@@ -41,13 +42,13 @@ STEPS = 60_000
 """Control steps of a training, by protocol `best`: a fifth of the full budget."""
 
 _CHANGED_SINCE = ("manipulation/drawer_opening", "manipulation/force_controlled_brushing")
-"""Tasks whose environment is another one than that of the trainings taken over, at 1bf1e8d."""
+"""Tasks whose environment differs from that of the trainings taken over, made at commit 1bf1e8d."""
 
 Kind = Literal["training", "earlier", "trial"]
 
 
 class Row(Artifact):
-    """What one way of looking at a scene found."""
+    """Result of one kind of test of a scene."""
 
     scene: str
     task: str
@@ -55,13 +56,13 @@ class Row(Artifact):
     author: str
     kind: Kind
     success: float
-    """Share of episodes won: of 20 development variations never trained on, or of the searches of a trial."""
+    """Share of successes: in 20 development variations that were never trained on, or in the searches of a trial."""
     progress: float
-    """Mean over the same."""
+    """Mean progress over the same episodes or searches."""
     sent_back: bool = False
     phase: str = ""
     details: dict[str, tuple[float, ...]] = Field(default_factory=dict)
-    """Single results of a trial, from which its decision is made."""
+    """Single results of a trial, on which its decision is based."""
     processor_s: float
     scene_sha256: str
     benchmark_version: int = BENCHMARK_VERSION
@@ -71,7 +72,7 @@ class Row(Artifact):
 
 
 def main() -> None:
-    """Make the rows that are left."""
+    """Make the rows that are missing."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("kinds", nargs="+", choices=tuple(_MAKERS))
     parser.add_argument("--half", choices=("decide", "aside"), help="both unless named")
@@ -88,7 +89,7 @@ def main() -> None:
 
 
 def rows_of(path: Path) -> list[Row]:
-    """Return what is known."""
+    """Return the rows of a file, none if there is no file."""
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
     return [Row.model_validate_json(line) for line in lines]
 
@@ -96,8 +97,8 @@ def rows_of(path: Path) -> list[Row]:
 def taken_over() -> dict[str, Trained]:
     """Return the newest trainings of `benchmarks.learning` with this budget and version of the benchmark, by scene.
 
-    Its rows hold no hash of the scene; both take the same file of robot and placement. What was trained in an
-    environment that has changed since is left out.
+    Rows of `benchmarks.learning` hold no hash of the scene, but both benchmarks read robot and placement from the same
+    file. Trainings in an environment that has changed since are left out.
     """
     return {
         row.scene: row
@@ -109,13 +110,13 @@ def taken_over() -> dict[str, Trained]:
 
 
 def is_of(row: Row, scene: TrialScene, kind: str, sha256: str) -> bool:
-    """Whether a row is of this scene as it is today."""
+    """Return whether a row is of this kind and of this scene as it is today."""
     same = (row.scene, row.kind, row.scene_sha256) == (scene.name, kind, sha256)
     return same and is_current(row.task, row.benchmark_version)
 
 
 def make(kind: Kind, asked: TrialScene, scene: TaskScene) -> Row:
-    """Return the row of one scene."""
+    """Make one test of a scene and return its row."""
     began = time.process_time()
     found = _MAKERS[kind](scene)
     return Row(
@@ -177,7 +178,7 @@ def _note(path: Path, row: Row) -> None:
 
 
 def kept(rows: Sequence[Row], kind: Kind) -> dict[str, Row]:
-    """Return the newest row of each scene."""
+    """Return the newest row of each scene, of one kind and for the present version of the benchmark."""
     return {row.scene: row for row in rows if row.kind == kind and is_current(row.task, row.benchmark_version)}
 
 

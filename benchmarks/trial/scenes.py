@@ -1,9 +1,9 @@
 """The fixed scenes on which trials are compared with trainings, in two halves.
 
-All scenes of `benchmarks.learning`, of which half were written by a language model; the designs of `benchmarks.teams`
-that the four roles made and that were trained there; and designs of the built-in team: the first of seeds 0 and 1 for
-every task. Built-in designs are made once, and kept under build/. One half, `decide`, sets limits of the trial; figures
-are reported on the other.
+They are all scenes of `benchmarks.learning`, half of which were written by a language model; the designs of
+`benchmarks.teams` that the four roles made and that were trained there; and designs of the built-in team, the first of
+seeds 0 and 1 for every task. Built-in designs are made once and kept under build/. The limits of the trial are chosen
+by one half, `decide`; figures are reported on the other.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from aidsr.tasks import TASKS, is_current
 SEEDS = (0, 1)
 MADE = Path("build") / "trial-scenes"
 _WITHOUT_TRIAL = ("four-roles", "four-roles-before")
-"""Arms of `benchmarks.teams` whose designs were tried by nobody before they were trained."""
+"""Arms of `benchmarks.teams` whose designs had no trial before they were trained."""
 
 
 @dataclass(frozen=True)
@@ -50,8 +50,8 @@ def scenes(half: Half | None = None, names: Collection[str] | None = None) -> It
     """Yield the scenes of one half, or all: those of the suite, of `benchmarks.teams`, then built-in ones.
 
     Args:
-        half: Both unless given.
-        names: Only these.
+        half: Half of the scenes; None for both.
+        names: Names of the scenes; None for all.
     """
     for scene in suite(half):
         if not names or scene.name in names:
@@ -66,7 +66,7 @@ def scenes(half: Half | None = None, names: Collection[str] | None = None) -> It
 
 
 def trained_by_teams() -> dict[str, TeamsRow]:
-    """Return the trainings of this version of the benchmark in `benchmarks.teams`, by the scene's fingerprint."""
+    """Return the trainings of `benchmarks.teams` that hold for today's benchmark, by the scene's fingerprint."""
     rows = read_rows(TEAMS_TRAINED)
     return {row.scene_sha256: row for row in rows if row.scene_sha256 and is_current(row.task, row.benchmark_version)}
 
@@ -76,7 +76,7 @@ def _of(scene: SuiteScene) -> TrialScene:
 
 
 def _designs_of_teams() -> Iterator[TrialScene]:
-    """Yield the designs that were trained. None was looked at while the rule of the trial was made."""
+    """Yield the trained designs. None of them was looked at while the rule of the trial was made."""
     trained = trained_by_teams()
     for arm in _WITHOUT_TRIAL:
         for path in sorted((TEAMS / "transcripts" / arm).iterdir()):
@@ -96,12 +96,12 @@ def name_of(task: str, seed: int) -> str:
 
 
 def half_of(task: str, seed: int) -> Half:
-    """Return the half of a built-in design: of each task one stands in either."""
+    """Return the half of a built-in design; each half has one of the two designs of each task."""
     return "decide" if (list(TASKS).index(task) + seed) % 2 == 0 else "aside"
 
 
 def _builtin(task: str, seed: int) -> SuiteScene | None:
-    """Return the first design of a seed; None where it was not approved."""
+    """Return the first design of a seed, made unless it is kept; None if it was not approved."""
     name = name_of(task, seed)
     path = MADE / f"{name}.json"
     if not path.exists():

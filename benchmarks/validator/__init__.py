@@ -1,1 +1,1 @@
-"""How good the validator is: a corpus of good and bad robots, what it finds in them, how fast, and what breaks it."""
+"""Quality of the validator: its findings in a corpus of good and bad robots, its speed, and what breaks it."""

@@ -1,11 +1,12 @@
-"""Do cures cure: apply them to the example robot of every rule, as fixes by code and as their words say.
+"""Do cures cure? Apply them to the example robot of every rule, as fixes by code and as edits by the cure's words.
 
 python -m benchmarks.validator.cures
 python -m benchmarks.validator.cures --split 'held out'
 
-Each example is the arm without a fault with one mistake; a split's are the bad robots of the corpus, and good robots
-beside them. A cure has cured when the code is gone, no other error came, and the mistake is no longer in the compiled
-model. "Passes with the mistake inside": the mistake is still there and the validator says nothing.
+Each example is the faultless arm with one mistake. A split's mistakes are the bad robots of the corpus, compared with
+the good robots from which they were made. A cure has cured if the code is gone, no other error has appeared, and the
+mistake is no longer in the compiled model. "Passes with the mistake inside": the mistake is still there, but the
+validator reports nothing.
 """
 
 from __future__ import annotations
@@ -34,15 +35,15 @@ from aidsr.validation.rules_page import EXAMPLE_ARM
 
 _HERE = Path(__file__).parent
 _ROUNDS = 4
-"""A fix is applied again while its fault is there: the milder ones come first."""
+"""Largest number of times that fixes are applied while the fault remains: milder fixes come first."""
 _WARNED = ("tendon_skips_segments", "tendon_slack", "thin_wall", "cable_shared", "overlap_hidden", "only_opens")
 _FORCE = ("actuator_gear", "actuator_gainprm", "actuator_biasprm", "actuator_ctrlrange", "actuator_forcerange")
-"""Numbers that make the force of an actuator together: a longer range is as good a cure as a larger gear."""
+"""Numbers that determine the force of an actuator together: a longer range is as good a cure as a larger gear."""
 Outcome = Literal["cured", "not helped", "another error", "passes with the mistake inside"]
 OUTCOMES: tuple[Outcome, ...] = ("cured", "not helped", "another error", "passes with the mistake inside")
 
 EXAMPLES = "examples"
-"""Name of the examples of the rules, beside those of the splits of the corpus."""
+"""Name of the set of the rules' examples; the other sets are the splits of the corpus."""
 Row = dict[str, str]
 
 WORDS: dict[str, tuple[tuple[str, str], ...]] = {
@@ -119,8 +120,8 @@ WORDS: dict[str, tuple[tuple[str, str], ...]] = {
     "passive_collapse": ((' springref="25"', ""),),
     "tendon_limit_violated": ((' range="0 0.1"', ""),),
 }
-"""Of a rule, its cure as an edit of its example: what the words of the cure say, literally. Rules whose cure is a
-matter of design ("Make the rigid part smaller") are not here unless their words fit only one edit."""
+"""By rule, the cure as edits (old, new) of the rule's example, which follow the cure's words literally. Rules whose
+cure is a matter of design ("Make the rigid part smaller") are missing, unless their words fit only one edit."""
 
 
 @dataclass(frozen=True)
@@ -128,10 +129,10 @@ class Mistake:
     """A robot with one mistake.
 
     Attributes:
-        code: Of its fault.
-        good: The robot without the mistake.
-        bad: The robot with it.
-        arguments: How it is to be validated.
+        code: Code of the fault.
+        good: MJCF of the robot without the mistake.
+        bad: MJCF of the robot with the mistake.
+        arguments: Arguments for the validation.
     """
 
     code: str
@@ -140,7 +141,7 @@ class Mistake:
     arguments: Mapping[str, Any]
 
     def faults(self, mjcf: str) -> list[Fault]:
-        """Return the faults of this code in a text of the robot."""
+        """Return the faults of this code in a version of the robot."""
         report = validate(mjcf, **self.arguments)
         return [fault for fault in report.faults if fault.code == self.code]
 
@@ -152,7 +153,7 @@ def examples() -> list[Mistake]:
 
 
 def of_corpus(split: Split, kept: Path, processes: int) -> list[Mistake]:
-    """Return the bad robots of a split, each with the good one that it was made from."""
+    """Return the bad robots of a split, each with the good robot that it was made from."""
     specimens = load_or_make(split, kept, processes, lambda _: None).specimens
     good = {specimen.name: specimen.mjcf for specimen in specimens if specimen.grade == "good"}
     return [
@@ -163,7 +164,7 @@ def of_corpus(split: Split, kept: Path, processes: int) -> list[Mistake]:
 
 
 def judge(mistake: Mistake, cured: str) -> tuple[Outcome, str]:
-    """Return what came of a cure, and the errors that are left."""
+    """Return the outcome of a cure, and the codes of the errors that are left."""
     before, after = (validate(text, **mistake.arguments) for text in (mistake.bad, cured))
     new = _errors(after) - _errors(before)
     still = mistake.code in {fault.code for fault in (after.faults if mistake.code in _WARNED else after.errors)}
@@ -180,7 +181,7 @@ def _errors(report: ValidationReport) -> set[str]:
 
 
 def is_inside(mistake: Mistake, cured: str) -> bool:
-    """Whether every number that the mistake changed is still as the mistake has it."""
+    """Return whether the mistake is still in the model: all numbers that it changed are as in the bad robot."""
     models = [_compiled(text) for text in (mistake.good, mistake.bad, cured)]
     good, bad, now = models
     if bad is None or now is None or good is None:
@@ -216,7 +217,7 @@ def _compiled(text: str) -> mujoco.MjModel | None:
 
 
 def by_fix(mistake: Mistake) -> str | None:
-    """Return the robot as the fixes of its fault leave it; None where none applies."""
+    """Return the robot after the fixes of its fault; None if no fix applies."""
     if not any(mistake.code in each.cures for each in FIXES):
         return None
     text, changed = mistake.bad, False
@@ -230,17 +231,17 @@ def by_fix(mistake: Mistake) -> str | None:
 
 
 def until_stable(mistake: Mistake) -> str | None:
-    """Return the robot as `aidsr.fix_until_stable` leaves it; None where its own fault has no fix."""
+    """Return the robot after `aidsr.fix_until_stable`; None if its own fault has no fix."""
     if not any(mistake.code in each.cures for each in FIXES):
         return None
     return fix_until_stable(mistake.bad, also=mistake.code, **mistake.arguments).mjcf
 
 
 def by_words(mistake: Mistake) -> str | None:
-    """Return the example of a rule with the cure's words as an edit.
+    """Return the example of a rule, edited as the cure's words say; None if `WORDS` has no edit for the rule.
 
     Raises:
-        ValueError: What is to be edited is not in the example.
+        ValueError: The text that is to be edited is not in the example.
     """
     if mistake.code not in WORDS:
         return None
@@ -253,7 +254,7 @@ def by_words(mistake: Mistake) -> str | None:
 
 
 def try_cures(mistakes: Iterable[Mistake], ways: Mapping[str, Callable[[Mistake], str | None]]) -> Iterator[Row]:
-    """Yield what came of every cure of every mistake, as plain values."""
+    """Yield a row with the outcome of every cure of every mistake."""
     for mistake in mistakes:
         for kind, way in ways.items():
             if (cured := way(mistake)) is not None:
@@ -262,7 +263,7 @@ def try_cures(mistakes: Iterable[Mistake], ways: Mapping[str, Callable[[Mistake]
 
 
 def markdown(rows: Sequence[Row]) -> str:
-    """Return the page."""
+    """Return the page as Markdown."""
     lines = [
         "# Do cures cure",
         "",
@@ -330,7 +331,7 @@ def _counts(title: str, groups: Mapping[str, Sequence[Row]]) -> list[str]:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Try every cure and write `cures.md` and `cures.jsonl`; what they say of other robots stays."""
+    """Try every cure and write `cures.md` and `cures.jsonl`. Results of the other sets of robots are kept."""
     parser = argparse.ArgumentParser(description=main.__doc__)
     parser.add_argument("--split", choices=list(PLANS), help="bad robots of the corpus instead of the examples")
     parser.add_argument("--processes", type=int, default=2, help="that make the corpus and try cures")

@@ -1,10 +1,10 @@
-"""Feed thousands of broken robots to the validator and see that nothing but an answer ever comes back.
+"""Feed thousands of broken robots to the validator and check that it always returns an answer.
 
     python -m benchmarks.validator.fuzz --cases 10000 --battery 500
 
-What must hold: the caller never crashes, sees no other exception than the documented ones and has each answer within
-20 s of processor time; no process is left behind, and no file is touched: neither in the working directory nor in a
-folder that documents name on purpose.
+Requirements: the caller never crashes, sees only the documented exceptions, and has each answer within 20 s of
+processor time; no process is left behind; no file is touched, neither in the working directory nor in a folder that
+documents name on purpose.
 """
 
 from __future__ import annotations
@@ -36,20 +36,21 @@ from aidsr.validation import validate
 
 _HERE = Path(__file__).parent
 _LONGEST_S = 20.0
-"""Processor time of one case; wall time would blame other programs. Source: what this project promises; our choice."""
+"""Largest processor time of one case [s]; wall time would depend on other programs. Source: promise of this project;
+our choice."""
 
 
 @dataclass
 class Campaign:
-    """What came of many cases.
+    """Results of many cases.
 
     Attributes:
-        endings: How calls ended: "accepted", "refused", or the kind of an IsolationError.
-        codes: Fault codes reported.
-        isolated: Cases that ended their worker, with how.
-        failures: Cases in which something happened that must not.
-        longest: Processor time [s], and number, of the case that took longest. What runs at the same time is counted
-            too, so that it is an upper bound.
+        endings: Number of calls by ending: "accepted", "refused", "failed", or the kind of an IsolationError.
+        codes: Number of cases by reported fault code.
+        isolated: Cases that ended their worker process, with the message.
+        failures: Cases in which a requirement was violated, with the reason.
+        longest: Processor time [s] and number of the case that took longest. The time is an upper bound, because cases
+            that run at the same time are counted too.
     """
 
     endings: Counter[str] = field(default_factory=Counter)
@@ -74,15 +75,15 @@ def seeds() -> list[str]:
 
 
 def case_text(index: int, seed: int, documents: Sequence[str], canary: str) -> str:
-    """Return the document of one case; the same for the same seed and index."""
+    """Return the document of one case, which depends only on seed and index."""
     return mutate(documents, np.random.default_rng([seed, index]), canary)
 
 
 def run_case(text: str, *, battery: bool) -> tuple[str, list[str]]:
-    """Validate one document; return how it ended and the codes found.
+    """Validate one document; return the ending and the reported codes.
 
     Raises:
-        Exception: Whatever must not happen.
+        Exception: Any exception that the validator must not raise.
     """
     if battery:
         report = validate(text)
@@ -100,7 +101,7 @@ def run_case(text: str, *, battery: bool) -> tuple[str, list[str]]:
 def run_campaign(
     indices: Sequence[int], seed: int, canary: str, kept: Path, *, battery: bool, threads: int = 2
 ) -> Campaign:
-    """Run some cases; each that fails is written to a file from which it can be run again."""
+    """Run some cases. Each case that fails is written to a file, from which it can be run again."""
     documents, campaign = seeds(), Campaign()
 
     def run(index: int) -> tuple[int, str, list[str], str, float]:
@@ -108,7 +109,7 @@ def run_campaign(
         began_s = processor_s()
         try:
             ending, codes = run_case(text, battery=battery)
-        except Exception as error:  # whatever it is, the campaign reports it and goes on
+        except Exception as error:  # the campaign reports any exception and continues
             ending, codes, failure = "failed", [], f"{type(error).__name__}: {error}"
         spent_s = processor_s() - began_s
         if spent_s > _LONGEST_S and not failure:
@@ -134,10 +135,10 @@ def run_campaign(
 
 
 def processor_s() -> float:
-    """Return the processor time of this process and its children, those that have ended too [s]. Linux only."""
+    """Return the processor time of this process and its children, including ended ones [s]. Linux only."""
     spent_s = sum(os.times()[:4])
     for folder in Path("/proc").glob("[0-9]*"):
-        with contextlib.suppress(OSError):  # it has ended meanwhile
+        with contextlib.suppress(OSError):  # the process has ended meanwhile
             fields = folder.joinpath("stat").read_text("utf-8", "replace").rpartition(")")[2].split()
             if int(fields[1]) == os.getpid():
                 spent_s += (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
@@ -148,7 +149,7 @@ def processor_s() -> float:
 
 
 def fingerprint(folder: Path) -> dict[str, str]:
-    """Return a digest of every file below a folder, its time of change included."""
+    """Return a digest of every file below a folder, with its times of change and of access."""
     found = {}
     for path in sorted(folder.rglob("*")):
         if path.is_file():
@@ -158,12 +159,12 @@ def fingerprint(folder: Path) -> dict[str, str]:
 
 
 def marked_processes(marker: str) -> list[int]:
-    """Return the processes whose environment mentions a marker. Linux only, elsewhere none."""
+    """Return the processes whose environment contains a marker. Linux only; none on other systems."""
     found = []
     for folder in Path("/proc").glob("[0-9]*"):
         try:
             environment = folder.joinpath("environ").read_bytes()
-        except OSError:  # it has ended meanwhile, or belongs to somebody else
+        except OSError:  # the process has ended meanwhile, or belongs to another user
             continue
         if marker.encode() in environment and int(folder.name) != os.getpid():
             found.append(int(folder.name))
@@ -171,13 +172,13 @@ def marked_processes(marker: str) -> list[int]:
 
 
 def make_canary(folder: Path) -> None:
-    """Fill a folder with what documents try to read and overwrite."""
+    """Fill a folder with files that documents try to read and overwrite."""
     folder.joinpath("model.xml").write_text("<mujoco><worldbody/></mujoco>", "utf-8")
     folder.joinpath("secret.txt").write_text("not to be read", "utf-8")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run both campaigns in a process of their own and write `fuzz.md`; exit with 1 when anything is not as it must."""
+    """Run both campaigns in a separate process and write `fuzz.md`; exit with 1 if a requirement is violated."""
     options = _options(arguments)
     if options.replay:
         text = options.replay.read_bytes().decode("utf-8", "surrogatepass")
@@ -238,7 +239,7 @@ def _run_inner(options: argparse.Namespace) -> None:
 
 
 def _left_behind(marker: str) -> list[int]:
-    """Processes that are still there some time after the campaign's end."""
+    """Return the processes that still exist 5 s after the campaign's end."""
     for _ in range(50):
         if not marked_processes(marker):
             return []

@@ -1,4 +1,4 @@
-"""Mutations of MJCF: what typing errors, language models and attackers do to a document, on bytes, tokens and trees."""
+"""Mutations of MJCF on bytes, tokens and trees, as made by typing errors, language models and attackers."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ def mutate(seeds: Sequence[str], rng: np.random.Generator, canary: str) -> str:
 
     Args:
         seeds: Documents to start from.
-        rng: Decides everything.
-        canary: A folder that documents try to reach and must not.
+        rng: Random generator, which determines the result.
+        canary: Folder that documents try to reach but must not.
     """
     text = seeds[int(rng.integers(len(seeds)))]
     level = _pick(rng, _LEVELS)
@@ -205,7 +205,7 @@ def _deepen(every: Elements, rng: np.random.Generator) -> None:
 
 
 def _multiply_everywhere(every: Elements, rng: np.random.Generator) -> None:
-    """One attribute of all elements of a kind times a factor: these load, and move strangely."""
+    """Multiply one attribute of all elements of a kind by a factor: such robots load, but move strangely."""
     element = _some(every, rng)
     names = [str(name) for name in element.attrib if _NUMBER.fullmatch(str(element.get(name)))]
     if names:
@@ -233,4 +233,4 @@ _TREE_CHANGES: tuple[Callable[[Elements, np.random.Generator], None], ...] = (
 )
 
 _LEVELS = (_of_bytes, _of_tokens, _of_tokens, _of_tree, _of_tree, _of_tree, _of_tree)
-"""More trees than bytes: most byte mutations are only ever refused as not well-formed."""
+"""Mutations by frequency. Trees are the most frequent: most byte mutations are only refused as not well-formed."""

@@ -1,8 +1,8 @@
-"""Robots of other people: import each, validate each, set the verdict beside a judgement.
+"""Robots of other people: import and validate each one, and compare the verdict with a judgement.
 
 python -m benchmarks.validator.others FOLDER
 
-FOLDER holds checkouts as owner/name. None of the robots is part of this project; the page names where they are from.
+FOLDER holds checkouts as owner/name. None of the robots is part of this project; the page names their origin.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _HERE = Path(__file__).parent
 
 @dataclass(frozen=True)
 class Source:
-    """A repository, the commit that was tried, and its licence."""
+    """A repository, the tried commit, and the licence."""
 
     repository: str
     commit: str
@@ -36,15 +36,15 @@ class Source:
 
 @dataclass(frozen=True)
 class Other:
-    """One robot.
+    """One robot of other people.
 
     Attributes:
-        source: Where it is from.
-        path: Its document in the repository.
-        sound: Whether its physics holds, as judged by reading it; None for a document that is refused.
-        why: What was seen.
-        folder: What its document names lies below this folder of the checkouts; the document's own where "" is given.
-        mount: How its authors use it, where the document does not say so.
+        source: Repository of the robot.
+        path: Path of its document in the repository.
+        sound: Whether its physics is sound, as judged by reading the document; None for a document that is refused.
+        why: Reason of the judgement.
+        folder: Folder of the repository that holds the files named by the document; "" for the document's own folder.
+        mount: Mount that its authors use, if the document does not state it.
     """
 
     source: Source
@@ -56,7 +56,7 @@ class Other:
 
     @property
     def name(self) -> str:
-        """Of the document."""
+        """Name of the document."""
         return Path(self.path).stem
 
 
@@ -166,7 +166,7 @@ OTHERS: tuple[Other, ...] = (
 
 
 def try_robot(other: Other, checkouts: Path) -> dict[str, Any]:
-    """Return what import and validator say of one robot, as plain values."""
+    """Import and validate one robot, and return the row."""
     here = checkouts / other.source.repository
     row: dict[str, Any] = {
         "repository": other.source.repository,
@@ -195,7 +195,7 @@ def _faults(report: ValidationReport) -> dict[str, list[str]]:
 
 
 def markdown(rows: Sequence[dict[str, Any]]) -> str:
-    """Return the page."""
+    """Return the page as Markdown."""
     judged = [row for row in rows if row["judged_sound"] is not None and row["sound"] is not None]
     false_alarms = [row for row in judged if row["judged_sound"] and not row["sound"]]
     lines = [
@@ -235,7 +235,7 @@ def markdown(rows: Sequence[dict[str, Any]]) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Try the robots that `others.jsonl` does not have yet, and write it and `others.md`."""
+    """Try the robots that are not in `others.jsonl` yet, and write `others.jsonl` and `others.md`."""
     parser = argparse.ArgumentParser(description=main.__doc__)
     parser.add_argument("checkouts", type=Path, help="folder with checkouts as owner/name")
     parser.add_argument("--out", type=Path, default=_HERE, help="folder of others.md and others.jsonl")
@@ -252,7 +252,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def write_page(rows: dict[str, dict[str, Any]], folder: Path) -> None:
-    """Write `others.md` with what was tried so far, by path."""
+    """Write `others.md` from the rows so far, which are given by path."""
     missing = [other.name for other in OTHERS if other.path not in rows]
     text = markdown([rows[other.path] for other in OTHERS if other.path in rows])
     (folder / "others.md").write_text(text + (f"\nNot tried yet: {', '.join(missing)}.\n" if missing else ""), "utf-8")

@@ -1,4 +1,4 @@
-"""Measure the validator on the corpus: what it finds, what it misses, whom it blames without reason.
+"""Measure the validator on the corpus: which faults it finds and misses, and which robots it blames wrongly.
 
 python -m benchmarks.validator.report --split tuning
 """
@@ -33,48 +33,48 @@ from aidsr.validation.registry import require_rule
 _HERE = Path(__file__).parent
 ONLY_WARNED = "faults that are only warned of"
 _WARNINGS = ("tendon_skips_segments", "tendon_slack", "thin_wall")
-"""Codes whose faults are never more than warnings."""
+"""Codes whose faults are only reported as warnings."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """One robot and what the validator said."""
+    """One robot and the validator's report."""
 
     specimen: Specimen
     report: ValidationReport
 
     @property
     def found(self) -> bool:
-        """Whether the fault the robot has was reported, as an error where its rule knows errors."""
+        """Whether the robot's fault was reported, as an error unless its rule only warns."""
         faults = self.report.faults if self.specimen.code in _WARNINGS else self.report.errors
         return self.specimen.code in {fault.code for fault in faults}
 
     @property
     def kind(self) -> str:
-        """Of the fault it has, or of the writer of a good robot."""
+        """Kind of the robot's fault, or the writer of a good robot."""
         if self.specimen.grade == "good":
             return self.specimen.style
         return ONLY_WARNED if self.specimen.code in _WARNINGS else require_rule(self.specimen.code).stage.title
 
     @property
     def others(self) -> list[Fault]:
-        """Errors with other codes than the robot's own."""
+        """Errors with other codes than that of the robot's fault."""
         return [fault for fault in self.report.errors if fault.code != self.specimen.code]
 
 
 @dataclass
 class RuleScore:
-    """What came of one code.
+    """Results of one fault code.
 
     Attributes:
-        bad, found: Robots with the fault, and those in which it was reported.
-        instead: What was reported in the others.
-        missed: Those others.
-        near, near_blamed: Robots with at most half of it, and those blamed for it.
-        band, band_blamed: Robots in between.
-        good_blamed: Good robots blamed for it, by name.
-        beside: Robots with another fault in which it was reported too, and the oracle finds it there.
-        beside_false: The same where the oracle does not.
+        bad, found: Number of robots with the fault, and of those in which it was reported.
+        instead: Reports for the robots in which the fault was missed.
+        missed: Robots in which the fault was missed.
+        near, near_blamed: Number of near misses (at most half of the limit), and of those blamed for the fault.
+        band, band_blamed: Number of robots between half and twice the limit, and of those blamed for the fault.
+        good_blamed: Names of the good robots that were blamed for the fault.
+        beside: Number of robots with another fault in which this one was reported too, and the oracle confirms it.
+        beside_false: Names of robots with another fault in which this one was reported, and the oracle denies it.
     """
 
     bad: int = 0
@@ -96,22 +96,23 @@ class RuleScore:
 
     @property
     def precision(self) -> float:
-        """Share of the reports that are true; those in the band count neither way."""
+        """Share of the reports that are true; robots in the band count neither as true nor as false."""
         false = self.near_blamed + len(self.good_blamed) + self.beside_false.total()
         true = self.found + self.beside
         return true / (true + false) if true + false else float("nan")
 
 
 def judge_corpus(specimens: Sequence[Specimen], kept: Path, threads: int = 2) -> list[Verdict]:
-    """Validate every robot; each call has a worker process of its own.
+    """Validate every robot; each call has its own worker process.
 
     Args:
         specimens: The robots.
-        kept: Folder in which reports are kept, so that a stopped run goes on; a changed validator begins anew.
-        threads: Robots at once.
+        kept: Folder in which reports are kept, so that a stopped run can be continued. After a change of the validator,
+            all robots are validated again.
+        threads: Number of robots that are validated at the same time.
 
     Raises:
-        TimeoutError: A robot that loads was refused, so that its worker must have been stopped.
+        TimeoutError: A robot that loads has a load error, so its worker must have been stopped.
     """
     folder = kept / f"reports-{_fingerprint()}"
     folder.mkdir(parents=True, exist_ok=True)
@@ -132,7 +133,7 @@ def judge_corpus(specimens: Sequence[Specimen], kept: Path, threads: int = 2) ->
 
 
 def _fingerprint() -> str:
-    """Of everything that decides what the validator says."""
+    """Return a hash of everything that determines the validator's reports: its sources and MuJoCo's version."""
     package = Path(aidsr.__file__).parent
     folders = ("core", "sandbox", "mjcf", "sim", "validation")
     files = (path for folder in folders for path in sorted((package / folder).rglob("*")))
@@ -142,7 +143,7 @@ def _fingerprint() -> str:
 
 
 def score(verdicts: Sequence[Verdict]) -> dict[str, RuleScore]:
-    """Return what came of every code that the corpus knows."""
+    """Return the results of every code in the corpus and in the reports."""
     scores = {code: RuleScore() for code in codes_in(v.specimen for v in verdicts)}
     for verdict in verdicts:
         specimen = verdict.specimen
@@ -171,12 +172,12 @@ def score(verdicts: Sequence[Verdict]) -> dict[str, RuleScore]:
 
 
 def _judge_others(scores: dict[str, RuleScore], verdict: Verdict) -> None:
-    """Ask the oracle about every other fault reported in a robot that loads; all its answers share one set of tests."""
+    """Let the oracle check every other fault reported in a robot that loads; all its checks share one set of tests."""
     others, specimen = {fault.code for fault in verdict.others}, verdict.specimen
     bench = Bench(specimen.mjcf) if others and specimen.loads else None
     for code in others:
         other = scores.setdefault(code, RuleScore())
-        # a document with one mistake can break what refers to it; there is no oracle for that
+        # one mistake in a document can break other elements that refer to it; the oracle cannot check that
         there = bench is None or (code in SEVERITIES | BUILDING_SEVERITIES and measure_of(code)(bench) >= 0.5)
         if there:
             other.beside += 1
@@ -232,7 +233,7 @@ def summarize(corpus: Corpus, verdicts: Sequence[Verdict], scores: dict[str, Rul
 
 
 def _by_kind(verdicts: Sequence[Verdict]) -> dict[str, dict[str, int]]:
-    """Robots of each kind, those with an error, and those in which the fault they have was reported."""
+    """Return, by kind, the number of robots, of those with an error, and of those whose own fault was reported."""
     kinds: dict[str, dict[str, int]] = {}
     for verdict in verdicts:
         kind = kinds.setdefault(verdict.kind, {"robots": 0, "refused": 0, "right_code": 0})

@@ -1,4 +1,4 @@
-"""Time one validation, beside a plain Python loop over `mj_step` that runs the same tests and records the same things.
+"""Time one validation, and a plain Python loop over `mj_step` that runs the same tests and records the same data.
 
 python -m benchmarks.validator.speed
 """
@@ -40,7 +40,7 @@ _TARGETS = {
 
 @dataclass(frozen=True)
 class Spent:
-    """Time on the clock and on processors."""
+    """Wall time and processor time."""
 
     wall_s: float
     cpu_s: float
@@ -48,16 +48,16 @@ class Spent:
 
 @dataclass(frozen=True)
 class Round:
-    """One run of each, one after the other, so that other work on the machine hits all of them alike.
+    """One run of each variant, one after the other, so that other work on the machine affects all of them equally.
 
-    Processor time counts all threads of this process and not the time that others take from it.
+    Processor time covers all threads of this process, but not the time that other processes take.
 
     Attributes:
-        validation_s: `validate` in a warm worker.
-        inside: The same function in this process.
-        physics: Of that, inside MuJoCo's native rollout.
-        plain: The plain loop.
-        bare: The plain loop without recording: what its steps alone take.
+        validation_s: Wall time of `validate` in a warm worker.
+        inside: Time of the same function in this process.
+        physics: Part of `inside` that is spent in MuJoCo's native rollout.
+        plain: Time of the plain loop.
+        bare: Time of the plain loop without recording, i.e. of its steps alone.
     """
 
     validation_s: float
@@ -85,7 +85,7 @@ class Round:
 
 
 def speed_arm() -> str:
-    """Return the robot that is timed: 12 segments, universal joints, 4 tendons, 0.3 m."""
+    """Return the MJCF of the robot that is timed: 12 segments, universal joints, 4 tendons, 0.3 m."""
     limb = Physique(length_m=0.3, segments=12, mass_kg=0.1, radius_m=0.02, sag=0.8, damping_ratio=0.3, bend_rad=1.6)
     return HingeArms(limb).document()
 
@@ -93,7 +93,7 @@ def speed_arm() -> str:
 def plain_loop(simulations: Sequence[tuple[mujoco.MjModel, Any, Any, int]], *, record: bool = True) -> int:
     """Run the same simulations one after the other; return the number of steps.
 
-    Every step it keeps sensors, state and contacts, as a validator written without batches has to.
+    With `record`, sensors, state and contacts of every step are kept, as a validator without batches must do.
     """
     steps = 0
     for model, state, ctrl, frame_steps in simulations:
@@ -126,7 +126,7 @@ def _look(data: mujoco.MjData) -> tuple[Any, ...]:
 
 
 def battery_of(mjcf: str) -> list[tuple[mujoco.MjModel, Any, Any, int]]:
-    """Return the simulations that a validation runs, by looking over its shoulder."""
+    """Return the simulations that a validation runs, recorded from its calls of `protocol.simulate`."""
     kept: list[tuple[mujoco.MjModel, Any, Any, int]] = []
     simulate = protocol.simulate
 
@@ -146,7 +146,7 @@ def battery_of(mjcf: str) -> list[tuple[mujoco.MjModel, Any, Any, int]]:
 
 @contextmanager
 def timed_physics() -> Iterator[list[Spent]]:
-    """Collect how long each native rollout takes."""
+    """Collect the time of each native rollout."""
     spent: list[Spent] = []
     rollout = Batch.rollout
 
@@ -165,7 +165,7 @@ def timed_physics() -> Iterator[list[Spent]]:
 
 
 def run_round(mjcf: str, simulations: Sequence[tuple[mujoco.MjModel, Any, Any, int]]) -> Round:
-    """Time everything once."""
+    """Time every variant once."""
     validation = _timed(lambda: validate(mjcf))
     with timed_physics() as spent:
         inside = _timed(lambda: examine_text(mjcf))

@@ -13,7 +13,7 @@ robots held out: at least 95 % of bad robots refused, 90 % with the right code, 
 
 
 def markdown(figures: dict[str, Any]) -> str:
-    """Return the report on one or both splits."""
+    """Return the report on one or several splits as Markdown."""
     return "\n".join([_HEAD, *(_split(name, split) for name, split in figures.items())])
 
 
@@ -64,7 +64,7 @@ def _split(name: str, split: dict[str, Any]) -> str:
 
 
 def _kinds(bad: dict[str, dict[str, int]], good: dict[str, dict[str, int]]) -> list[str]:
-    """Bad and good robots by kind, with Wilson intervals at 95 %."""
+    """Return the tables of bad and of good robots by kind, with Wilson intervals at 95 %."""
     lines = [
         "Refused: with any error. Right code: with the fault that was made, among the errors, or the warnings where "
         "the rule has no errors. Behind each count its share and Wilson's interval at 95 %.",
@@ -119,7 +119,7 @@ def _share(words: str, count: int, total: int) -> str:
 
 
 def _wilson(count: int, total: int, z: float = 1.96) -> tuple[float, float]:
-    """Interval of a share at 95 %. Source: Wilson (1927), the score interval of a binomial share."""
+    """Return the interval of a share at 95 %. Source: Wilson (1927), the score interval of a binomial share."""
     share = count / total
     middle = (share + z**2 / (2 * total)) / (1 + z**2 / total)
     half = z / (1 + z**2 / total) * math.sqrt(share * (1 - share) / total + z**2 / (4 * total**2))

@@ -1,1 +1,1 @@
-"""Measurements of the page."""
+"""Measurements of the web app."""

@@ -1,9 +1,9 @@
-"""How long the home page of many runs takes until it can be used, in Chromium on this machine.
+"""Measure the time until the home page of many runs can be used, in Chromium on this machine.
 
 Makes one run of three designs with the built-in rules, copies it, starts `aidsr web`, and opens the page three times.
-The first time the server reads all runs. Told are the time until the first byte, and from it until the page can be
-used: runs stand in the table, the server listens to it, and the browser answers a timer within 50 ms. Then how much a
-browser that knows nothing of the page loads, and how much one that was there before.
+At the first visit the server reads all runs. The program prints the time until the first byte, and from there until the
+page can be used: the table shows runs, the page is connected to the server, and the browser answers a timer within
+50 ms. Then it prints how much is loaded at the first visit, and at a second visit with the browser's cache.
 
     python -m benchmarks.web.home --runs 200
 """
@@ -28,7 +28,7 @@ import aidsr
 
 
 def main() -> None:
-    """Measure and print."""
+    """Measure, and print the results."""
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("--runs", type=int, default=200)
     count: int = arguments.parse_args().runs
@@ -74,13 +74,13 @@ const timer = setInterval(() => {
 def open_pages(
     address: str, visits: int, wanted: str, before: Callable[[int], None] = lambda _visit: None
 ) -> list[tuple[float, float]]:
-    """Return of each visit how long the first byte took, and how much longer until the page could be used [s].
+    """Return for each visit the time until the first byte, and from there until the page can be used [s].
 
     Args:
-        address: Of the page.
-        visits: How many, one after the other, by one browser.
-        wanted: CSS selector of what must stand there.
-        before: Called before each visit, with its index.
+        address: Address of the page.
+        visits: Number of visits, one after the other in one browser.
+        wanted: CSS selector of an element that must be on the page.
+        before: Called before each visit, with the visit's index.
     """
     browser_path = next(path for name in ("chromium", "google-chrome") if (path := shutil.which(name)))
     found = []
@@ -110,7 +110,7 @@ _LOADED = """() => {
 
 
 def _weigh(address: str) -> list[tuple[int, int, int]]:
-    """Return how much a first and a second visit load: everything, pictures, and files of NiceGUI [bytes]."""
+    """Return the bytes that a first and a second visit load: all, those of pictures, and those of NiceGUI's files."""
     browser_path = next(path for name in ("chromium", "google-chrome") if (path := shutil.which(name)))
     found = []
     with sync_playwright() as playwright:
@@ -118,7 +118,7 @@ def _weigh(address: str) -> list[tuple[int, int, int]]:
         page = browser.new_page(viewport={"width": 1440, "height": 900})
         for _visit in range(2):
             page.goto(address, wait_until="networkidle")
-            page.wait_for_timeout(3000)  # pictures in sight arrive
+            page.wait_for_timeout(3000)  # time for the visible pictures to load
             whole, pictures, framework = page.evaluate(_LOADED)
             found.append((whole, pictures, framework))
         browser.close()
@@ -136,7 +136,7 @@ def wait_for(port: int) -> None:
 
 
 def free_port() -> int:
-    """Return a port that nobody listens on."""
+    """Return a free port."""
     with socket.socket() as one:
         one.bind(("127.0.0.1", 0))
         return int(one.getsockname()[1])

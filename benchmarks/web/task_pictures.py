@@ -1,4 +1,4 @@
-"""Draw every task as its card in the page shows it, for the docs.
+"""Draw the picture of every task as on its card in the web app, for the docs.
 
 python -m benchmarks.web.task_pictures docs/images/tasks
 """
@@ -17,7 +17,7 @@ from aidsr.tasks import load_task, task_names
 
 
 def main() -> None:
-    """Draw and write."""
+    """Draw the pictures and write them to a folder."""
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("folder", type=Path)
     folder: Path = arguments.parse_args().folder

@@ -1,8 +1,8 @@
-"""How much slower the page of a run opens while one of its designs is trained, in Chromium on this machine.
+"""Measure how much slower the page of a run opens while one of its designs is trained, in Chromium on this machine.
 
-Makes a run with the built-in rules, starts `aidsr web` and a training of a design as the app starts it, on all
-processors, and opens the page of the run in turns with the training at work and halted, so that other work on the
-machine counts for both. Told is the time from the first byte until the page can be used, as by `benchmarks.web.home`.
+Makes a run with the built-in rules, starts `aidsr web` and, as the app does, a training of a design on all processors.
+It opens the page of the run alternately with the training running and stopped, so that other work on the machine
+affects both. It prints the time from the first byte until the page can be used, as `benchmarks.web.home` does.
 
     python -m benchmarks.web.training --visits 8
 """
@@ -27,7 +27,7 @@ from aidsr.runs import read_status
 
 
 def main() -> None:
-    """Measure and print."""
+    """Measure, and print the results."""
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("--visits", type=int, default=8)
     visits: int = arguments.parse_args().visits

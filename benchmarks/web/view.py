@@ -1,7 +1,7 @@
-"""How soon a live 3-D view is there, and what it costs: processor time of the server and of the process that simulates.
+"""Measure when a live 3-D view appears, and the processor time of the server and of the simulating process.
 
 Makes a design with the built-in rules, starts `aidsr web`, opens the page of the design in Chromium, where the view
-runs live, and counts frames on its WebSocket. Processor times are told, so other work on the machine matters little.
+runs live, and counts frames on its WebSocket. Other work on the machine has little effect on processor times.
 
     python -m benchmarks.web.view --seconds 30
 """
@@ -23,7 +23,7 @@ import aidsr
 
 
 def main() -> None:
-    """Measure and print."""
+    """Measure, and print the results."""
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("--seconds", type=float, default=30.0)
     seconds: float = arguments.parse_args().seconds
@@ -53,7 +53,7 @@ def _watch(server: int, address: str, seconds: float) -> None:
         page.get_by_text("squares of").wait_for()
         page.evaluate("() => new Promise(drawn => requestAnimationFrame(() => requestAnimationFrame(drawn)))")
         sys.stdout.write(f"first picture after {time.perf_counter() - begun:.1f} s\n")
-        page.wait_for_timeout(10_000)  # the validator's tests are listed meanwhile
+        page.wait_for_timeout(10_000)  # meanwhile the page lists the validator's tests
         players = _children(server)
         before, first = _spent_s(server, players), len(frames)
         begun = time.perf_counter()

@@ -1,4 +1,4 @@
-"""Drawers: an arm whose tip is a hook reaches over a bar, goes down behind it, and pulls by bending."""
+"""Drawer opening: an arm with a hook at its tip reaches over a bar, moves down behind it, and pulls by bending."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from aidsr.tasks import Task
 from aidsr.tasks.readings import FloatArray
 
 CLEAR_M = 0.055
-"""The hook's middle over a bar, where it passes."""
+"""Height of the hook's middle above a bar when it passes over it [m]."""
 BEFORE_M = 0.205
-"""Where the hook goes up and down before the drawers."""
+"""Forward position at which the hook moves up and down in front of the drawers [m]."""
 DEPTH_M = 0.008
-"""Of the hook's middle below the bar's."""
+"""Depth of the hook's middle below the bar's middle while it pulls [m]."""
 PITCH_RAD = -0.1
-"""The tip looks down a little, so that the hook holds."""
+"""Pitch of the tip [rad]: it points down a little, so that the hook holds."""
 
 
 class DrawerOpening(Script):
-    """Bends in one plane by three sections; the tip's place and pitch are servoed."""
+    """An arm of three sections that bends in one plane; a servo controls the tip's position and pitch."""
 
     @staticmethod
     def robot() -> Robot:
@@ -58,7 +58,7 @@ class DrawerOpening(Script):
         self.bar: list[FloatArray] = []
 
     def begin(self, n: int) -> None:
-        """Forget what was remembered of earlier episodes; n begin."""
+        """Reset the state for n new episodes."""
         self.servo.begin(n)
         self.phase, self.left, self.bar = ["travel"] * n, [np.zeros(2)] * n, []
 
@@ -73,20 +73,20 @@ class DrawerOpening(Script):
             if len(self.bar) <= row:
                 self.bar.append(bar)
             if abs(bar[1] - self.bar[row][1]) > 0.05:
-                # another drawer is wanted
+                # the target is now another drawer
                 self.phase[row], self.left[row] = "raise", tip
             self.bar[row] = bar
             goal = self._goal(row, tip, bar, shut=features[5] < 0.0)
             step = 0.25 * np.clip(goal - tip, -0.02, 0.02)
             pitch_rad = np.arctan2(axes[2, 2], axes[0, 2])
             turn = -0.15 * np.clip(PITCH_RAD - pitch_rad, -0.5, 0.5)
-            # 0.1 rad weighs as much as 10 mm
+            # an error of 0.1 rad counts as much as one of 10 mm
             rows = np.stack([moves[0], moves[2], 0.1 * moves[4]])
             action[row] = self.servo.drive(row, rows, np.array([*step, 0.1 * turn]))
         return action
 
     def _goal(self, row: int, tip: FloatArray, bar: FloatArray, *, shut: bool) -> FloatArray:
-        """Return where the hook is to go, forwards and up (2,), and go on to the next phase when it is there."""
+        """Return the hook's target, forwards and up (2,) [m]; switch to the next phase when the hook is there."""
         ahead, above = tip - bar
         phase = self.phase[row]
         if phase == "raise" and (tip[1] > self.left[row][1] + 0.040 or tip[0] < 0.23):

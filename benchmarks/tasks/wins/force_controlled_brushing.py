@@ -1,4 +1,4 @@
-"""Brushing: an arm goes from cell to cell clear of the wall, and presses on each by bending."""
+"""Brushing: an arm moves from cell to cell without touching the wall, and presses on each cell by bending."""
 
 from __future__ import annotations
 
@@ -13,15 +13,19 @@ from aidsr.tasks.manipulation.force_controlled_brushing import BAND_N
 from aidsr.tasks.readings import FloatArray
 
 PRESS_N = 0.6
-"""In the middle of the band."""
+"""Target force, in the middle of the allowed band [N]."""
 LINGER_S = 0.8
-"""How long a cell is pressed in the band, also when it is brushed: little of the contact is to be out of the band."""
+"""Time for which a cell is pressed within the band [s], even after it is brushed: little of the contact time may be
+outside of the band."""
 CLEAR_M = 0.014
-"""From the wall, on the way to another cell."""
+"""Distance from the wall on the way to another cell [m]."""
 
 
 class ForceControlledBrushing(Script):
-    """Three sections bend to all sides; the tip's place and direction are servoed, and on the wall its force."""
+    """An arm of three sections that bend to all sides.
+
+    A servo controls the tip's position and direction and, on the wall, its force.
+    """
 
     @staticmethod
     def robot() -> Robot:
@@ -54,10 +58,10 @@ class ForceControlledBrushing(Script):
         self.pressing, self.left_s = np.zeros(0, dtype=bool), np.zeros(0)
         half_m = 0.15 / getattr(task, "cells_a_side", 5)
         self.within_m, self.beyond_m = 0.4 * half_m, 0.73 * half_m
-        """How near to its middle a cell is pressed, and how far from it no more."""
+        """Distances from a cell's middle [m]: pressing begins within the first, and ends beyond the second."""
 
     def begin(self, n: int) -> None:
-        """Forget what was remembered of earlier episodes; n begin."""
+        """Reset the state for n new episodes."""
         self.servo.begin(n)
         self.pressing, self.left_s = np.zeros(n, dtype=bool), np.zeros(n)
 
@@ -73,19 +77,19 @@ class ForceControlledBrushing(Script):
             along = to_cell + away_m * outward
             step = self._step(row, along, float(away_m), float(force_n), outward)
             turn = np.cross(axes[:, 2], -outward)
-            # the direction of the tip weighs little, and its turn about itself nothing
+            # the tip's direction has a small weight, and its rotation about its own axis none
             across = 0.01 * axes[:, :2].T
             rows = np.concatenate([moves[:3], across @ moves[3:]])
             action[row] = self.servo.drive(row, rows, np.concatenate([step, 0.15 * across @ turn]))
         return action
 
     def _step(self, row: int, along: FloatArray, away_m: float, force_n: float, outward: FloatArray) -> FloatArray:
-        """Return how the tip is to move in this control step, (3,) [m]."""
+        """Return the required motion of the tip in this control step, (3,) [m]."""
         far_m = float(np.linalg.norm(along))
         if not self.pressing[row] and far_m < self.within_m:
             self.pressing[row], self.left_s[row] = True, LINGER_S
         self.left_s[row] -= self.dt_s * (BAND_N[0] <= force_n <= BAND_N[1])
-        # done with, or lost
+        # the cell is done, or the contact is lost
         if far_m > self.beyond_m and (self.left_s[row] <= 0.0 or force_n < 0.01):
             self.pressing[row] = False
         step = 0.25 * along * min(1.0, 0.024 / max(far_m, 1e-9))

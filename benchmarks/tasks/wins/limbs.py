@@ -14,14 +14,14 @@ BOTH_WAYS = ("1 0 0", "0 1 0")
 
 
 def arched(segments: int, turn_deg: float) -> tuple[float, ...]:
-    """Return bends of three sections that rise, come down and level out again, so that an arm can also stretch."""
+    """Return the bends [deg] of an arm's segments: three sections rise, descend and level out, so it can stretch."""
     third = segments // 3
     return (-turn_deg / third,) * third + (2 * turn_deg / third,) * third + (-turn_deg / third,) * third
 
 
 @dataclass(frozen=True)
 class Cable:
-    """One cable along a limb: its angle about the limb's axis and distance from it, its last segment, its tension."""
+    """A cable along a limb: angle about the limb's axis, last segment, largest tension, distance from the axis."""
 
     name: str
     angle_deg: float
@@ -31,14 +31,14 @@ class Cable:
 
     @property
     def xy(self) -> str:
-        """Return where it passes in the frame of a segment."""
+        """Position of the cable in the frame of a segment, as MJCF [m]."""
         angle = np.deg2rad(self.angle_deg)
         return f"{self.radius_m * np.cos(angle):.6g} {self.radius_m * np.sin(angle):.6g}"
 
 
 @dataclass(frozen=True)
 class Limb:
-    """A chain of equal segments along +z of where it is placed, with cables."""
+    """A chain of equal segments along the +z axis of its own frame, with cables."""
 
     name: str
     length_m: float
@@ -46,20 +46,20 @@ class Limb:
     cables: tuple[Cable, ...]
     radius_m: float
     stiffness: float
-    """Of each joint [N m/rad]."""
+    """Stiffness of each joint [N m/rad]."""
     damping: float
     tip: str
-    """MJCF of what its end carries."""
+    """MJCF of the elements at the limb's end."""
     place: str
     axes: tuple[str, ...] = BOTH_WAYS
     density: float = 500.0
     range_deg: float = 75.0
-    """Of each joint to either side."""
+    """Range of each joint to either side [deg]."""
     bends_deg: tuple[float, ...] = ()
-    """How far each segment is turned about y in the drawn pose; straight unless given."""
+    """Rotation of each segment about y in the drawn pose [deg]; straight by default."""
 
     def mjcf(self) -> str:
-        """Return its bodies."""
+        """Return the MJCF of the bodies."""
         step = self.length_m / self.segments
         text = f'<body name="{self.name}_end" pos="0 0 {step:.6g}">{self.tip}</body>'
         for i in reversed(range(1, self.segments + 1)):
@@ -82,7 +82,7 @@ class Limb:
         return f'<site name="{self.name}_{cable.name}_{segment}" pos="{cable.xy} {along_m:.6g}"/>'
 
     def tendons(self) -> str:
-        """Return its cables' paths."""
+        """Return the MJCF of the tendons, one for each cable."""
         paths = {
             cable.name: "".join(f'<site site="{self.name}_{cable.name}_{i}"/>' for i in range(cable.last + 1))
             for cable in self.cables
@@ -90,11 +90,11 @@ class Limb:
         return "".join(f'<spatial name="{self.name}_{name}">{path}</spatial>' for name, path in paths.items())
 
     def sensors(self) -> str:
-        """Return a sensor of each cable's length."""
+        """Return the MJCF of a length sensor for each cable."""
         return "".join(f'<tendonpos tendon="{self.name}_{cable.name}"/>' for cable in self.cables)
 
     def actuators(self) -> str:
-        """Return a winch for each cable: from slack to full tension."""
+        """Return the MJCF of a winch for each cable, from slack to full tension."""
         return "".join(
             f'<general name="{self.name}_{cable.name}" tendon="{self.name}_{cable.name}" '
             f'ctrlrange="0 {cable.tension_n}" gainprm="-1"/>'
@@ -103,7 +103,7 @@ class Limb:
 
 
 def robot(base: str, limbs: Sequence[Limb], functional_part: str) -> Robot:
-    """Return a robot of a base, as MJCF of its geoms and sites, and the limbs on it."""
+    """Return a robot with limbs on a base, which is given as MJCF of its geoms and sites."""
     mjcf = f"""<mujoco model="hand_made">
   <worldbody><body name="base">{base}{"".join(limb.mjcf() for limb in limbs)}</body></worldbody>
   <tendon>{"".join(limb.tendons() for limb in limbs)}</tendon>

@@ -12,7 +12,7 @@ from aidsr.tasks.readings import FloatArray
 
 
 class AroundCorners(Script):
-    """The near part of the arm leads through the first opening, the far part bends towards the second."""
+    """The near part of the arm steers through the first opening; the far part bends towards the second."""
 
     NEAR, FAR, NEAR_N, FAR_N = 4, 15, 16.0, 8.0
 
@@ -45,7 +45,7 @@ class AroundCorners(Script):
         self.near = np.clip(np.where(before[:, None], self.near + step, self.near), -1.0, 1.0)
         self.far = np.clip(np.where(before[:, None], 0.9 * self.far, self.far + step), -1.0, 1.0)
         self.entered_m = np.where(before, feed_m, self.entered_m)
-        # cables of the far part pull the near part along, which the near ones make up for
+        # cables of the far part also bend the near part; the near cables compensate for this
         kept = np.clip(1.0 - (feed_m - self.entered_m) / 0.2, 0.0, 1.0)[:, None] * self.near
         near = self._pulls("near", kept - self.FAR_N / self.NEAR_N * self.far, forward, 0)
         aligned = np.select(
@@ -62,7 +62,7 @@ class AroundCorners(Script):
         pulls = {}
         for angle_deg in (angle + turned_deg for angle in ROUND_DEG):
             angle = np.deg2rad(angle_deg)
-            towards = np.array([np.cos(angle), -np.sin(angle)])  # the mount looks down: its y is the world's -y
+            towards = np.array([np.cos(angle), -np.sin(angle)])  # the mount faces down: its y is the world's -y
             pulls[f"arm_{part}_{angle_deg}"] = -1.0 + 2.0 * np.clip(world @ towards, 0.0, 1.0)
         return pulls
 
@@ -96,7 +96,7 @@ class BallFromBowl(Script):
 
 
 class Incline(Script):
-    """Four flippers row: they sweep back pressed down, and forward lifted."""
+    """Four flippers row: they sweep back while pressed down, and forward while lifted."""
 
     up_m = 0.004
 
@@ -123,7 +123,7 @@ class Incline(Script):
         aside_m = seen[:, 1]
         commands = {}
         for side, away in (("left", aside_m), ("right", -aside_m)):
-            # the side to which it strayed rows on, the other one less
+            # the side to which the robot has strayed rows at full strength, the other side less
             sweep = np.clip(1.0 + 4.0 * np.minimum(away, 0.0), 0.2, 1.0)
             strengths = {"back": -np.cos(phase) * sweep, "front": np.cos(phase) * sweep}
             strengths |= {"down": np.sin(phase), "up": -np.sin(phase)}
@@ -134,7 +134,7 @@ class Incline(Script):
 
 
 class CrankTurning(Script):
-    """The tip goes behind the pin, on the inside of its circle, and pushes it around; the arm leans where it pushes."""
+    """The tip moves behind the pin, inside the pin's circle, and pushes it around; the arm bends towards the push."""
 
     @staticmethod
     def robot() -> Robot:
@@ -161,7 +161,7 @@ class CrankTurning(Script):
         goal_m = np.where(free[:, None], _on_circle(0.06, angle - 0.5 * direction), _on_circle(0.015, at))
         goal_m = np.where(pushing[:, None], _on_circle(0.06, at + 0.5 * direction), goal_m)
         speed = np.clip((goal_m - tip_m) / 0.02, -1.0, 1.0)
-        # slowly, or the tip swings to and fro
+        # slowly, otherwise the tip oscillates
         self.leaning = 0.95 * self.leaning + 0.05 * speed * pushing[:, None]
         lean = {0: -self.leaning[:, 1], 90: self.leaning[:, 0], 180: self.leaning[:, 1], 270: -self.leaning[:, 0]}
         pulls = {f"arm_pull_{one}": -1.0 + 0.8 * np.maximum(0.0, strength) for one, strength in lean.items()}
@@ -169,5 +169,5 @@ class CrankTurning(Script):
 
 
 def _on_circle(radius_m: float, angle):
-    """Return places around the axle, sideways and up, (n, 2) [m]; at angle 0 on top."""
+    """Return points on a circle around the axle, sideways and up, (n, 2) [m]; angle 0 is the top."""
     return radius_m * np.stack([-np.sin(angle), np.cos(angle)], axis=1)

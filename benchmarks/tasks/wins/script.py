@@ -18,17 +18,17 @@ Commands = Mapping[str, FloatArray | float]
 
 
 class Script:
-    """A robot, and what it does, a policy that acts on what is observed.
+    """A robot with a scripted policy that acts on observations.
 
-    Every actuator of the robot is a cable that pulls: its action is -1 where it is slack and 1 at full tension.
-    Episodes that are played again start with the same observations: from there the script starts again as well.
+    Every actuator of the robot is a cable that pulls: its action is -1 if the cable is slack, and 1 at full tension.
+    When the very first observations appear again, the episodes are being played again, and the script starts again.
 
     Args:
         task: The task.
     """
 
     up_m: ClassVar = 0.0
-    """Over the mount, where a free robot is placed."""
+    """Height above the mount at which a free robot is placed [m]."""
 
     def __init__(self, task: Task) -> None:
         base = "free" if task.base == "free" else "fixed"
@@ -62,15 +62,15 @@ class Script:
         return np.clip(action, -1.0, 1.0)
 
     def begin(self, n: int) -> None:
-        """Forget what was remembered of earlier episodes; n begin."""
+        """Reset the state for n new episodes."""
 
     def actions(self, observation: FloatArray, seen: FloatArray, time_s: float) -> FloatArray:
-        """Return actions, (n, n_actions); those of `commands` unless a script has its own.
+        """Return the next actions, (n, n_actions). By default they are those of `commands`.
 
         Args:
-            observation: All that is observed, (n, n_observations).
+            observation: Whole observations, (n, n_observations).
             seen: The task's features, (n, k).
-            time_s: Since the episodes began.
+            time_s: Time since the episodes began [s].
         """
         action = -np.ones((len(observation), len(self.names)))
         for name, value in self.commands(seen, time_s).items():

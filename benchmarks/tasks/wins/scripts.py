@@ -1,4 +1,4 @@
-"""Which script wins which task."""
+"""The scripts by the task that they win."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which small changes of the cables' tensions move a soft body as wanted, in the pose that it has now."""
+"""Servo for soft bodies: small changes of cable tensions that produce a required motion from the present pose."""
 
 from __future__ import annotations
 
@@ -15,17 +15,18 @@ from aidsr.tasks.readings import FloatArray
 
 
 class Servo:
-    """Resolved-rate control of a body that rests between springs and cables.
+    """Resolved-rate control of a body in equilibrium between springs and cables.
 
-    In a pose q the joints yield to a change of tensions dT by dq = -K^-1 M^T dT, with their stiffness K and the moment
-    arms M of the cables; a place moves by J dq. The change of least squares that moves places as wanted is found within
-    the limits of the winches. Source: quasi-static kinematics of continuum robots, e.g. Camarillo et al. (2008).
+    In a pose q a change of tensions dT moves the joints by dq = -K^-1 M^T dT, with the joints' stiffness K and the
+    moment arms M of the cables; a point of the body moves by J dq. The least-squares change of tensions for a required
+    motion of points is computed within the limits of the winches. Source: quasi-static kinematics of continuum robots,
+    e.g. Camarillo et al. (2008).
 
     Args:
-        scene: Every action drives one actuator; joints of the robot have springs.
-        damping: How much a change of all of a cable's tension is worth, as a motion [m].
-        slackening: Share of the tension that cables would lose in a control step if nothing was wanted of them.
-        fastest: Largest change of a tension in a control step, as a share of the whole.
+        scene: Scene in which every action drives one actuator and the robot's joints have springs.
+        damping: Cost of a change of a cable's tension by its full range, as an error of motion [m].
+        slackening: Share of its tension that a cable would lose in a control step if no motion was required.
+        fastest: Largest change of a tension in a control step, as a share of the full tension.
     """
 
     def __init__(
@@ -46,25 +47,25 @@ class Servo:
         self.share: FloatArray = np.zeros((0, len(ids)))
 
     def begin(self, n: int) -> None:
-        """Let all cables of n episodes be slack."""
+        """Reset the state for n new episodes, with all cables slack."""
         self.share = np.zeros((n, len(self.cable)))
 
     def look(self, observation: FloatArray) -> None:
-        """Take on the pose that one episode's policy observes, (n_observations,)."""
+        """Compute the kinematics in the pose observed in one episode, (n_observations,)."""
         self.data.qpos[self.columns] = observation[: len(self.columns)]
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_comPos(self.model, self.data)
         mujoco.mj_tendon(self.model, self.data)
 
     def site(self, name: str) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return a site's position (3,), its axes as columns (3, 3), and how the joints move and turn it (6, nv)."""
+        """Return a site's position (3,), axes as columns (3, 3), and Jacobian of translation and rotation (6, nv)."""
         where = self.data.site(name)
         moves = np.zeros((6, self.model.nv))
         mujoco.mj_jacSite(self.model, self.data, moves[:3], moves[3:], where.id)
         return where.xpos.copy(), where.xmat.reshape(3, 3).copy(), moves
 
     def body(self, name: str) -> tuple[FloatArray, FloatArray]:
-        """Return a body's position (3,) and how it moves with the joints, (3, nv)."""
+        """Return a body's position (3,) and its translational Jacobian (3, nv)."""
         where = self.data.body(name)
         moves = np.zeros((3, self.model.nv))
         mujoco.mj_jacBody(self.model, self.data, moves, None, where.id)
@@ -74,9 +75,9 @@ class Servo:
         """Return the actions of an episode in this control step, (n_actions,).
 
         Args:
-            row: Which episode; see `look`.
-            moves: How places move with the joints, (k, nv).
-            wanted: How they are to move, (k,).
+            row: Number of the episode whose observation was passed to `look`.
+            moves: Jacobian of the controlled motions, (k, nv).
+            wanted: Required motions in this control step, (k,).
         """
         arms = _dense(self.model, self.data)
         effects = np.zeros((len(moves), len(self.cable)))
@@ -87,7 +88,7 @@ class Servo:
         share = self.share[row]
         low = np.where(self.cable, np.maximum(-self.fastest, -share), -1.0)
         high = np.where(self.cable, np.minimum(self.fastest, 1.0 - share), 1.0)
-        # the mount moves at next to no cost
+        # motions of the mount cost almost nothing
         cost = np.where(self.cable, self.damping, 0.05 * self.damping) ** 2
         prior = np.where(self.cable, -self.slackening * share, 0.0)
         change = within(effects.T @ effects + np.diag(cost), effects.T @ wanted + cost * prior, low, high)
@@ -96,7 +97,10 @@ class Servo:
 
 
 def within(matrix: FloatArray, right: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Return about the smallest of x A x / 2 - b x between limits, (k,): what is out of them is held there, in turn."""
+    """Return an approximate minimum of x A x / 2 - b x within limits, (k,), with A = `matrix` and b = `right`.
+
+    Components outside of their limits are fixed at these limits, and the others are solved again.
+    """
     x = np.linalg.solve(matrix, right)
     free: NDArray[np.bool_] = np.ones(len(x), dtype=bool)
     while (outside := free & ((x < low) | (x > high))).any():

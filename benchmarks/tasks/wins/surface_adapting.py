@@ -1,4 +1,4 @@
-"""Surfaces: each place of the arm's far half is drawn towards the surface until it lies on it and presses a little."""
+"""Surface adapting: the arm's far half moves towards the surface until all of it lies on it and presses a little."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from aidsr.tasks.reaching.surface_adapting import RADIUS_M
 from aidsr.tasks.readings import FloatArray
 
 SEGMENTS, FIRST = 18, 9
-"""Of the arm, and the first that is to lie on the surface."""
+"""Number of segments of the arm, and index from 0 of the first one that is to lie on the surface."""
 THICK_M = 0.006
 PRESS_M, LIE_M = 0.04, 0.02
-"""How deep in the surface the tip and a place before it are wanted, and the places between and before them."""
+"""Target depths below the surface [m]: of the tip and one point before it, and of all other points."""
 
 
 class SurfaceAdapting(Script):
-    """Bends in one plane, that of the surface's curve, by three sections."""
+    """An arm of three sections that bends in one plane, that of the surface's curve."""
 
     @staticmethod
     def robot() -> Robot:
@@ -41,7 +41,7 @@ class SurfaceAdapting(Script):
         self.servo = Servo(self.scene, damping=0.013, slackening=0.01, fastest=0.045)
 
     def begin(self, n: int) -> None:
-        """Forget what was remembered of earlier episodes; n begin."""
+        """Reset the state for n new episodes."""
         self.servo.begin(n)
 
     def actions(self, observation: FloatArray, seen: FloatArray, time_s: float) -> FloatArray:

@@ -1,9 +1,9 @@
-"""Measure what the scripts win in held-out episodes, and write the table beside that of the floors.
+"""Measure how many held-out episodes the scripts win, and write the table, beside that of the trivial policies.
 
     python -m benchmarks.tasks.wins.table --tasks drawer_opening --levels standard --episodes 20
 
-Each robot is validated, its script plays, and the verdict's three checks of the body play the won episodes again. A row
-takes the place of an earlier one of the same task and level; --try prints it and keeps nothing.
+Each robot is validated, its script plays, and the verdict's three checks of the body play the episodes again. A row
+replaces an earlier one of the same task and level; --try only prints it.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ empty where fewer than four episodes were won, too few to say.
 
 
 def measured(name: str, level: str, episodes: int) -> dict[str, Any]:
-    """Return the row of a task and level."""
+    """Play the script of a task at a level, and return the row."""
     task = load_task(name, level)  # type: ignore[arg-type]
     script = SCRIPTS[task.name](task)
     report = validate(script.robot().mjcf)
@@ -62,7 +62,7 @@ def measured(name: str, level: str, episodes: int) -> dict[str, Any]:
 
 
 def page(rows: list[dict[str, Any]]) -> str:
-    """Return the table as Markdown."""
+    """Return the page as Markdown."""
     said = {True: "yes", False: "**no**"}
     lines = []
     for row in rows:
@@ -74,7 +74,7 @@ def page(rows: list[dict[str, Any]]) -> str:
 
 
 def main() -> None:
-    """Measure what is asked for."""
+    """Measure the requested tasks and levels."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--tasks", nargs="*", default=sorted(name.rpartition("/")[2] for name in SCRIPTS))
     parser.add_argument("--levels", nargs="*", default=["standard", "hard"], choices=["standard", "hard"])
@@ -91,7 +91,7 @@ def main() -> None:
 
 
 def keep(row: dict[str, Any]) -> None:
-    """Write a row in the place of an earlier one, and the page."""
+    """Write a row, which replaces an earlier one of the same task and level, and the page."""
     rows = [json.loads(line) for line in FACTS.read_text(encoding="utf-8").splitlines()] if FACTS.exists() else []
     rows = [one for one in rows if (one["task"], one["level"]) != (row["task"], row["level"])] + [row]
     order = list(SCRIPTS)
