@@ -1,4 +1,4 @@
-"""The whole corpus, made by several processes and kept in files, so that a stopped run goes on where it was."""
+"""The whole corpus, made by several processes and kept in files, so that a stopped run can be continued."""
 
 from __future__ import annotations
 
@@ -20,37 +20,38 @@ from benchmarks.validator.oracle import BUILDING_SEVERITIES
 
 @dataclass
 class Corpus:
-    """Robots and how many were put aside.
+    """The robots of the corpus, and the number of rejected attempts.
 
     Attributes:
         specimens: The robots.
-        put_aside: Attempts that did not come out as meant, by kind: the oracle disagreed, or MuJoCo refused.
+        put_aside: Number of attempts that did not give the intended robot, by reason: the oracle disagreed, or MuJoCo
+            refused the document.
     """
 
     specimens: list[Specimen] = field(default_factory=list)
     put_aside: dict[str, int] = field(default_factory=dict)
 
     def add(self, made: list[Specimen], put_aside: dict[str, int]) -> None:
-        """Take over what a worker made."""
+        """Add the robots that a worker made, and its rejected attempts."""
         self.specimens += made
         for reason, count in put_aside.items():
             self.put_aside[reason] = self.put_aside.get(reason, 0) + count
 
 
 def _quiet() -> None:
-    """Workers keep MuJoCo's warnings to themselves instead of writing MUJOCO_LOG.TXT."""
+    """Discard MuJoCo's warnings in a worker, so that no MUJOCO_LOG.TXT is written."""
     mujoco.set_mju_user_warning(lambda _message: None)
 
 
 @dataclass(frozen=True)
 class _Job:
-    """Robots that one worker makes; what it made is kept, so that a stopped run goes on where it was.
+    """Robots that one worker makes. They are kept in a file, so that a stopped run can be continued.
 
     Attributes:
-        label: What is made, in words.
-        file: Where it is kept.
-        function: Makes it.
-        arguments: Of that function.
+        label: The robots in words.
+        file: File in which the robots are kept.
+        function: Function that makes the robots.
+        arguments: Arguments of that function.
     """
 
     label: str
@@ -69,7 +70,7 @@ class _Job:
 
 
 def load_or_make(split: Split, folder: Path, processes: int, say: Callable[[str], None]) -> Corpus:
-    """Return the corpus of a split; what was made before by the same writers, faults and oracle is read from files."""
+    """Return the corpus of a split; robots made before by the same sources of corpus and oracle are read from files."""
     plan, corpus = PLANS[split], Corpus()
     kept = folder / f"corpus-{split.replace(' ', '-')}-{_fingerprint()}"
     kept.mkdir(parents=True, exist_ok=True)
@@ -115,7 +116,7 @@ def _bad_jobs(plan: Plan, split: Split, good: Sequence[Specimen], kept: Path) ->
 
 
 def _fingerprint() -> str:
-    """Of everything that decides what the corpus is."""
+    """Return a hash of everything that determines the corpus: sources of corpus and oracle, and MuJoCo's version."""
     here = Path(__file__).parents[1]
     sources = sorted([*(here / "corpus").rglob("*.py"), *(here / "oracle").rglob("*.py")])
     text = "".join(source.read_text("utf-8") for source in sources) + mujoco.__version__
@@ -123,6 +124,6 @@ def _fingerprint() -> str:
 
 
 def codes_in(specimens: Iterable[Specimen]) -> list[str]:
-    """Return the codes that bad robots of the corpus have, those of buildability last."""
+    """Return the codes of the bad robots, with those of buildability last."""
     found = dict.fromkeys(specimen.code for specimen in specimens if specimen.code)
     return sorted(found, key=lambda code: code in BUILDING_SEVERITIES)

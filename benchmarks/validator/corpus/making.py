@@ -1,9 +1,9 @@
-"""The corpus: good robots from writers, bad ones from good ones, each confirmed by the oracle.
+"""Making of the corpus: good robots from writers, bad robots from good ones, each confirmed by the oracle.
 
-A robot counts as good when the oracle finds no symptom above half its limit, as bad when its own symptom is at least
-twice its limit, and as a near miss when it is at most half. What was meant to be one and is found to be another is put
-aside and counted. So is a robot with a driven fault that shows at half the time step and not at its own, or that
-diverges: what it truly has is an instability.
+A robot counts as good if the oracle finds no symptom above half its limit, as bad if the symptom of its own fault is at
+least twice its limit, and as a near miss if this symptom is at most half its limit. A robot that does not have the
+intended grade is put aside and counted. The same holds for a robot with a driven fault that shows at half the time step
+but not at the robot's own time step, or that diverges: its real fault is an instability.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from benchmarks.validator.oracle.driven import plainly_diverges
 from benchmarks.validator.oracle.loop import Bench
 
 Made = tuple[list[Specimen], dict[str, int]]
-"""Robots, and how many attempts were put aside by reason."""
+"""Robots, and the number of attempts that were put aside, by reason."""
 
 _DRIVEN = frozenset(
     {
@@ -40,7 +40,7 @@ _DRIVEN = frozenset(
         "sensor_constant",
     }
 )
-"""Codes whose symptom is what a robot does when driven. Where numbers turn bad, that is the fault, and no other."""
+"""Codes whose symptom is a driven robot's behaviour. If the simulation diverges, that is the fault and no other."""
 _WORKING = frozenset(
     {
         "tendon_through_body",
@@ -52,28 +52,29 @@ _WORKING = frozenset(
         "tendon_slack",
     }
 )
-"""Codes about what a robot that works asks of its cables and motors. One that falls, shakes or diverges asks for other
-forces than it was meant to, so that a bad robot of these has to be without fault otherwise."""
+"""Codes about the load that a working robot puts on its cables and motors. A robot that falls, shakes or diverges needs
+other forces than intended, so a bad robot of these codes must have no other fault."""
 _PASSIVE = frozenset({"gravity_collapse", "underdamped"})
-"""Codes whose symptom is what a robot does by itself, as long as it does not diverge."""
+"""Codes whose symptom is a passive robot's behaviour, as long as it does not diverge."""
 _FIRST = ("joint_range_too_small", "initial_penetration", "passive_collapse", "gravity_collapse")
-"""What is wrong before a robot is driven. One that has it too does not show what its change does when driven."""
+"""Codes of faults that show before a robot is driven. A robot that has one of them too does not show the effect of its
+change when driven."""
 _CAUSES = ("tendon_against_limit", "mass_ratio", "actuator_too_weak", "too_stiff")
-"""What explains that driving has no effect; the code `no_effect` says that nothing does."""
+"""Codes of faults that explain why driving has no effect. The code `no_effect` means that none of them does."""
 _LOOKS = 10
-"""Robots looked at for each attempt: few have what some changes need, such as servos."""
+"""Number of robots examined per attempt: few have the parts that some changes need, such as servos."""
 _FIRST_SEED: dict[Split, int] = {"tuning": 1000, "held out": 2000, "third": 3000, "fourth": 4000}
 
 
 def grade_of(severity: float) -> Grade:
-    """Return what a measured symptom makes of a robot."""
+    """Return the grade of a robot by the measured severity of its symptom."""
     if severity >= 2:
         return "bad"
     return "near miss" if severity <= 0.5 else "band"
 
 
 def make_good(writer: str, split: Split, index: int, patience: int) -> Made:
-    """Write robots until the oracle finds nothing wrong with one."""
+    """Write robots until the oracle finds no fault in one, at most `patience` times."""
     put_aside: dict[str, int] = {}
     for attempt in range(patience):
         rng = np.random.default_rng([_FIRST_SEED[split], _number(writer), index, attempt])
@@ -90,7 +91,7 @@ def make_good(writer: str, split: Split, index: int, patience: int) -> Made:
 
 
 def make_bad(number: int, grade: Grade, batch: range, split: Split, bases: Sequence[Specimen], patience: int) -> Made:
-    """Make robots bad by one injection until enough came out as meant."""
+    """Apply one injection to good robots until enough of them have the intended grade."""
     injection, made, put_aside = INJECTIONS[number], list[Specimen](), dict[str, int]()
     rng = np.random.default_rng(
         [_FIRST_SEED[split], 1, number, _number(grade), *([batch.start] if batch.start else [])]
@@ -123,7 +124,7 @@ def make_bad(number: int, grade: Grade, batch: range, split: Split, bases: Seque
 
 
 def _is_something_else(code: str, halved: Bench) -> str:
-    """Why a fault that shows at half the time step is not what the robot has at its own; "" where it is."""
+    """Return why the robot's real fault is another one, or none at its own time step; "" if the fault is `code`."""
     if code not in _DRIVEN | _WORKING | _PASSIVE:
         return ""
     if code in _DRIVEN and any(measure_of(cause)(halved) > 1 for cause in _FIRST):
@@ -139,7 +140,7 @@ def _is_something_else(code: str, halved: Bench) -> str:
 
 
 def _is_as_named(injection: Injection, mjcf: str) -> bool:
-    """Whether a robot that drops lands, where that is what tells two codes apart."""
+    """Return whether a dropping robot lands as its code says: "base_not_attached" must land, "free_fall" must not."""
     from benchmarks.validator.oracle.passive import lands
 
     if injection.code == "base_not_attached":
@@ -148,7 +149,7 @@ def _is_as_named(injection: Injection, mjcf: str) -> bool:
 
 
 def make_mistake(number: int, count: int, split: Split, bases: Sequence[Specimen]) -> Made:
-    """Make documents with one mistake; all must be refused by MuJoCo, or be forbidden here."""
+    """Make documents with one mistake. MuJoCo must refuse all of them, except those that the project forbids."""
     injection, made, put_aside = DOCUMENT[number], list[Specimen](), dict[str, int]()
     rng = np.random.default_rng([_FIRST_SEED[split], 2, number])
     for base in (bases[int(k)] for k in rng.permutation(len(bases))):

@@ -1,7 +1,7 @@
 """The physics of a limb in a few numbers, from which writers take stiffness, damping and force.
 
-Source: Euler-Bernoulli beam. Bending stiffness EI follows from how far the limb sags, k = EI / l from EI and the length
-l of a segment, damping from the damping ratio of the first mode, tendon force from the bend it should cause.
+Source: Euler-Bernoulli beam. Bending stiffness EI follows from the limb's sag, joint stiffness k = EI / l from EI and
+the length l of a segment, damping from the damping ratio of the first mode, tendon force from the intended bend.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ class Physique:
     """A limb of equal segments.
 
     Attributes:
-        sag: Weight against bending stiffness, w L^3 / EI; a limb that stands buckles at 7.84.
-        damping_ratio: Of the first mode.
+        sag: Weight relative to bending stiffness, w L^3 / EI; an upright limb buckles at 7.84.
+        damping_ratio: Damping ratio of the first mode.
         bend_rad: Bend of the whole limb at full pull of one tendon.
     """
 
@@ -36,33 +36,33 @@ class Physique:
 
     @property
     def pitch_m(self) -> float:
-        """Length of a segment."""
+        """Length of a segment [m]."""
         return self.length_m / self.segments
 
     @property
     def bending_stiffness_n_m2(self) -> float:
-        """EI."""
+        """Bending stiffness EI [N m2]."""
         return self.mass_kg * GRAVITY_M_S2 * self.length_m**2 / self.sag
 
     @property
     def stiffness_n_m_rad(self) -> float:
-        """Stiffness of one joint."""
+        """Stiffness of one joint [N m/rad]."""
         return self.bending_stiffness_n_m2 / self.pitch_m
 
     @property
     def damping_s(self) -> float:
-        """Damping / stiffness of every joint."""
+        """Ratio of damping to stiffness of every joint [s]."""
         per_length = self.mass_kg / self.length_m
         omega = _FIRST_MODE * math.sqrt(self.bending_stiffness_n_m2 / (per_length * self.length_m**4))
         return 2 * self.damping_ratio / omega
 
     @property
     def damping_n_m_s_rad(self) -> float:
-        """Damping of one joint."""
+        """Damping of one joint [N m s/rad]."""
         return self.damping_s * self.stiffness_n_m_rad
 
     def force_n(self, offset_m: float) -> float:
-        """Tendon force that bends the limb by `bend_rad` from `offset_m` beside its backbone."""
+        """Return the force [N] of a tendon at `offset_m` from the backbone that bends the limb by `bend_rad`."""
         return self.bend_rad * self.bending_stiffness_n_m2 / (offset_m * self.length_m)
 
 
@@ -78,12 +78,12 @@ def draw_physique(
     """Return a limb of ordinary proportions.
 
     Args:
-        rng: Decides.
-        length_m: Between which lengths, drawn evenly on a logarithmic scale.
-        segments: Between which numbers, both included.
-        sag: Between which sags.
-        slenderness: Length / radius.
-        bend_rad: Between which bends.
+        rng: Random generator.
+        length_m: Range of the length; drawn evenly on a logarithmic scale.
+        segments: Range of the number of segments, both ends included.
+        sag: Range of the sag.
+        slenderness: Range of length / radius.
+        bend_rad: Range of the bend.
     """
     length = math.exp(rng.uniform(math.log(length_m[0]), math.log(length_m[1])))
     radius = length / rng.uniform(*slenderness)

@@ -1,4 +1,4 @@
-"""How many robots of each kind the corpus has."""
+"""Plan of the corpus: the number of robots of each kind."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from benchmarks.validator.corpus.specimen import Grade, Split
 
 @dataclass(frozen=True)
 class Plan:
-    """How many robots of each kind are made.
+    """Number of robots of each kind in a split.
 
     Attributes:
-        good: By writer.
-        graded: Of each injection.
-        bad_of_code: Of each code at least, five and more over both splits; a second batch is made where one injection
-            alone gives fewer.
-        largest: Degrees of freedom of a robot that is made bad; larger ones only cost time.
-        patience: Attempts for each robot wanted.
+        good: Number of good robots by writer.
+        graded: Number of robots of each injection, by grade.
+        bad_of_code: Smallest number of bad robots of each code, in the splits "tuning" and "held out" together five. If
+            `graded` gives fewer, injections make a second batch.
+        largest: Largest number of degrees of freedom of a robot that is made bad; larger robots only cost time.
+        patience: Attempts per robot.
     """
 
     good: dict[str, int]
@@ -30,11 +30,11 @@ class Plan:
     patience: int = 8
 
     def bad_of(self, injection: Injection, among: Sequence[Injection]) -> int:
-        """Bad robots that one injection has to make, so that all injections of its code make enough."""
+        """Return the number of bad robots that one injection must make, so that all of its code make enough."""
         return math.ceil(self.bad_of_code / sum(other.code == injection.code for other in among))
 
     def batches(self, injection: Injection, grade: Grade) -> list[range]:
-        """Numbers of the robots that are made together by an injection."""
+        """Return the batches of an injection: the numbers of the robots that are made together."""
         first = self.graded[grade]
         wanted = self.bad_of(injection, INJECTIONS) if grade == "bad" else first
         return [range(first), *([range(first, wanted)] if wanted > first else [])]
@@ -97,4 +97,4 @@ PLANS: dict[Split, Plan] = {
         largest=20,
     ),
 }
-"""The whole corpus; benchmarks/validator/README.md says what was known of each split when it was measured."""
+"""Plan of each split. benchmarks/validator/README.md says what was known of a split when it was measured."""

@@ -1,4 +1,4 @@
-"""What a robot of the corpus is."""
+"""Definition of a robot of the corpus."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 Grade = Literal["good", "near miss", "band", "bad"]
-"""A good robot has no fault; the others have one injected: at most half as large as its limit allows, between half and
-twice, or at least twice as large."""
+"""A good robot has no fault. The others have one injected fault, with a severity of at most half of the limit ("near
+miss"), between half and twice the limit ("band"), or at least twice the limit ("bad")."""
 Split = Literal["tuning", "held out", "third", "fourth"]
-"""Rules and fixes may be looked at with the first; the others are only measured, see benchmarks/validator/README.md."""
+"""Rules and fixes may be developed with robots of the split "tuning"; the other splits are only measured, see
+benchmarks/validator/README.md."""
 
 
 @dataclass(frozen=True)
@@ -18,18 +19,18 @@ class Specimen:
     """One robot and what is known about it.
 
     Attributes:
-        name: Says where it comes from, unique in the corpus.
-        split: Whether rules may be looked at with it.
-        family: What kind of body: "arm", "hand", "crawler".
-        style: Which writer wrote it.
-        mjcf: The robot.
-        grade: How bad it is.
-        code: The one fault it has; empty for a good robot.
-        change: What was done to the good robot it comes from, in words.
-        arguments: How it is to be validated.
-        severity: What was measured by the oracle / the limit; None where a fault has no size.
-        loads: Whether MuJoCo accepts it.
-        symptoms: Of a good robot, what could not be built, by code: measured / limit.
+        name: Unique name, which tells the origin.
+        split: Split of the corpus.
+        family: Kind of body: "arm", "hand", "crawler".
+        style: Name of the writer.
+        mjcf: MJCF of the robot.
+        grade: Grade by the severity of its fault.
+        code: Code of its only fault; empty for a good robot.
+        change: Change made to the good robot that it comes from, in words.
+        arguments: Arguments for its validation.
+        severity: Measurement of the oracle / limit; None if the fault has no size.
+        loads: Whether MuJoCo accepts the document.
+        symptoms: For a good robot, symptoms of what cannot be built, by code: measurement / limit.
     """
 
     name: str

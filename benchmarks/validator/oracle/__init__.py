@@ -1,14 +1,16 @@
 """A second opinion on robots that shares no code with the validator: plain `mj_step` at half the time step.
 
-trace       one simulation, step by step, everything written down
-shape       where geoms reach
+trace       one simulation, with a record of every time step
+shape       extents of geoms
 loop        the tests of one robot: let it settle, drive it
-signs       in which direction actuators act
-still       what can be measured before anything moves
-passive     what it does when nobody drives it
-driven      what it does when driven
-building    whether cables and motors for it exist
-severity    for each fault code, how large the symptom is compared with the limit
+signs       direction in which actuators act
+still       measures that need no motion
+levers      lever arms of cables
+constants   unusual constants, and causes of slow motion
+passive     behaviour without driving
+driven      behaviour when driven
+building    whether cables and motors for the robot exist
+severity    size of the symptom relative to the limit, for each fault code
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Could it be built: cables, forces, speeds and densities, as symptom / limit."""
+"""Measures of whether a robot can be built: cables, forces, speeds, densities and walls, as symptom / limit."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _PROBE_M, _WALL_M = 1e-6, 0.0008
 
 
 def buried(bench: Bench) -> float:
-    """Deepest point of a straight cable inside a part that neither of its guides is on / half its width / 0.25.
+    """Return the largest depth of a straight cable inside a part that has neither guide / half its width / 0.25.
 
-    Depth is asked of MuJoCo's own collision detector with a ball as small as a point.
+    The depth comes from MuJoCo's collision detector, with a ball as small as a point.
     """
     spec = mujoco.MjSpec.from_string(bench.mjcf)
     spec.worldbody.add_geom(
@@ -47,7 +47,7 @@ def buried(bench: Bench) -> float:
 def _near(
     model: mujoco.MjModel, data: mujoco.MjData, spans: NDArray[np.int64], probe: int
 ) -> Iterator[tuple[Array, int]]:
-    """Points of cables and the parts they could be inside of: near enough, and not the part of either guide."""
+    """Yield points of cables with the parts that they may be inside of: near parts, without those of the guides."""
     along = np.linspace(0.05, 0.95, 19)[:, None]
     begins, ends = data.site_xpos[spans[:, 0]], data.site_xpos[spans[:, 1]]
     points = begins[:, None] + along * (ends - begins)[:, None]
@@ -75,7 +75,10 @@ def _spans(model: mujoco.MjModel) -> list[tuple[int, int]]:
 
 
 def skipping(bench: Bench) -> float:
-    """Most joints between neighbouring guides, where these joints lie within a segment's width of the cable."""
+    """Return the largest number of joints between neighbouring guides; a single joint counts 0.5.
+
+    Only pairs of guides count whose joints are all closer to the cable than a quarter of the guides' distance.
+    """
     model, worst = bench.model, 0
     for begin, end in _spans(model):
         line = _line(model, int(model.site_bodyid[begin]), int(model.site_bodyid[end]))
@@ -93,7 +96,7 @@ def skipping(bench: Bench) -> float:
 
 
 def _line(model: mujoco.MjModel, one: int, other: int) -> list[int]:
-    """Bodies passed between two bodies of the tree."""
+    """Return the bodies on the path between two bodies of the tree, without their common ancestors."""
 
     def up(body: int) -> list[int]:
         line = [body]
@@ -106,7 +109,7 @@ def _line(model: mujoco.MjModel, one: int, other: int) -> list[int]:
 
 
 def _traces(bench: Bench) -> list[Trace]:
-    """Everything but the random sweep."""
+    """Return the traces of all driven tests but the random sweep."""
     return [bench.together(), *(bench.alone(i, bench.ends(i)[0]) for i in range(bench.model.nu))]
 
 
@@ -116,7 +119,7 @@ def _spatial(bench: Bench) -> list[int]:
 
 
 def pushing(bench: Bench) -> float:
-    """Greatest push / greatest pull / 0.1, of the worst actuator."""
+    """Return the largest push / largest pull / 0.1, of the worst actuator."""
     worst = 0.0
     for i in _spatial(bench):
         forces = np.concatenate([trace.forces_n[:, i] for trace in [*_traces(bench), bench.sweep()]])
@@ -125,7 +128,7 @@ def pushing(bench: Bench) -> float:
 
 
 def force(bench: Bench) -> float:
-    """Greatest pull / min(500 N, max(30 N, 50 times the weight))."""
+    """Return the largest pull / min(500 N, max(30 N, 50 times the weight))."""
     pull = max(
         (-float(t.forces_n[:, i].min()) for t in [*_traces(bench), bench.sweep()] for i in bench.pulling), default=0.0
     )
@@ -133,13 +136,13 @@ def force(bench: Bench) -> float:
 
 
 def _reeling(bench: Bench, trace: Trace, actuator: int) -> tuple[Array, Array]:
-    """Pull [N] and speed of the cable [m/s], positive when it is reeled in."""
+    """Return the pull [N] and the speed of the cable [m/s], which is positive when the cable is reeled in."""
     lengths = trace.tendons_m[:, int(bench.model.actuator_trnid[actuator, 0])]
     return np.maximum(-trace.forces_n[1:, actuator], 0.0), -np.diff(lengths) / trace.timestep_s
 
 
 def power(bench: Bench) -> float:
-    """Greatest power / min(300 W, max(50 W, 200 W/kg)), or in the sweep / 1500 W."""
+    """Return the largest power / min(300 W, max(50 W, 200 W/kg)), or in the sweep / 1500 W."""
     allowed = min(300.0, max(50.0, 200 * bench.weight_n / GRAVITY_M_S2))
     worst = 0.0
     for trace, limit in [(trace, allowed) for trace in _traces(bench)] + [(bench.sweep(), 1500.0)]:
@@ -150,7 +153,7 @@ def power(bench: Bench) -> float:
 
 
 def speed(bench: Bench) -> float:
-    """Greatest speed of a cable that is pulled / 0.5 m/s."""
+    """Return the largest speed of a pulled cable / 0.5 m/s."""
     worst = 0.0
     for trace in _traces(bench):
         for i in bench.pulling:
@@ -160,9 +163,10 @@ def speed(bench: Bench) -> float:
 
 
 def stroke(bench: Bench) -> float:
-    """Tension, of 500 N at most, times stroke / what the strongest motor can hold over ten turns of any spool.
+    """Return tension (at most 500 N) x stroke / the work of the strongest motor over ten turns of any spool.
 
-    A tension beyond that is too great for any stroke, which is what `force` measures.
+    A larger tension is too large for any stroke, which `force` measures. A stroke of more than ten turns of a spool
+    with a radius of 0.03 m is too long with any tension.
     """
     worst = 0.0
     for i in bench.pulling:
@@ -177,7 +181,7 @@ def stroke(bench: Bench) -> float:
 
 @cache
 def _most_work_j() -> float:
-    """Largest torque held / spool radius x ten turns of that spool."""
+    """Return the work of the largest torque that a motor can hold over ten turns of a spool [J]."""
     table = tomllib.loads(files("aidsr.core").joinpath("motors.toml").read_text("utf-8"))
     motors = next(value for value in table.values() if isinstance(value, list))
     held = [max(m.get("rated_torque_n_m", 0.0), 0.2 * m.get("stall_torque_n_m", 0.0)) for m in motors]
@@ -185,14 +189,14 @@ def _most_work_j() -> float:
 
 
 def density(bench: Bench) -> float:
-    """Density of the oddest moving body / 23,000 kg/m3, or 5 kg/m3 / density."""
+    """Return the density of the most unusual moving body / 23,000 kg/m3, or 5 kg/m3 / its density."""
     return max((max(each / 23_000, 5 / each) for each in body_densities(bench)), default=0.0)
 
 
 def body_densities(bench: Bench) -> list[float]:
     """Return the density of every moving body that has a volume [kg/m3].
 
-    Volumes are what MuJoCo weighs when everything has a density of 1.
+    Volumes are the masses that MuJoCo computes with a density of 1.
     """
     spec = mujoco.MjSpec.from_string(bench.mjcf)
     for geom in spec.geoms:
@@ -208,9 +212,9 @@ def body_densities(bench: Bench) -> list[float]:
 
 
 def slack(bench: Bench) -> float:
-    """Share of a servo's commands that pay out more cable than the longest path of any test and a hundredth / 0.3.
+    """Return the share of a servo's commands that pay out over 1 % more cable than the longest path of any test / 0.3.
 
-    The length paid out is where its force, as MuJoCo gives it in the pose of rest, would vanish.
+    The length paid out is that at which the servo's force, computed by MuJoCo in the rest pose, would vanish.
     """
     model, worst = bench.model, 0.0
     for i in bench.pulling:
@@ -227,7 +231,7 @@ def slack(bench: Bench) -> float:
 
 
 def _free_length_m(bench: Bench, actuator: int, tendon: int, stiffness: float, command: float) -> float:
-    """Length at which a servo would give no force, from its force where the robot rests and no limit of forces."""
+    """Return the cable length [m] at which a servo would give no force, from its unlimited force in the rest pose."""
     model, data = copy.copy(bench.model), mujoco.MjData(bench.model)
     model.actuator_forcelimited[:] = 0
     data.qpos[:] = bench.settle().end.qpos
@@ -238,7 +242,7 @@ def _free_length_m(bench: Bench, actuator: int, tendon: int, stiffness: float, c
 
 
 def wall(bench: Bench) -> float:
-    """0.8 mm / the thinnest extent of a part that touches, or of a body in which nothing does."""
+    """Return 0.8 mm / the thinnest extent of a part with contacts, or of any part of a body without such parts."""
     model = bench.model
     touching = [bool(model.geom_contype[g] or model.geom_conaffinity[g]) for g in range(model.ngeom)]
     felt = {int(model.geom_bodyid[g]) for g in range(model.ngeom) if touching[g]}

@@ -1,4 +1,4 @@
-"""Constants out of the ordinary: units, gravity, keyframes, and what makes a motion slow, as symptom / limit."""
+"""Measures of unusual constants: units, gravity, keyframes, friction, and causes of slow motion, as symptom / limit."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ _LINEAR = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 
 
 def length(bench: Bench) -> float:
-    """Length / 10 m, or 5 mm / length."""
+    """Return the robot's length / 10 m, or 5 mm / length, whichever is larger."""
     return max(bench.length_m / 10, 0.005 / bench.length_m)
 
 
 def heaviness(bench: Bench) -> float:
-    """Density of the median moving body / 23,000 kg/m3."""
+    """Return the median density of the moving bodies / 23,000 kg/m3."""
     densities = body_densities(bench)
     return float(np.median(densities)) / 23_000 if densities else 0.0
 
 
 def gravity(bench: Bench) -> float:
-    """Gravity / 3 g, or 0.1 g / gravity; none at all is a choice."""
+    """Return gravity / 3 g, or 0.1 g / gravity, whichever is larger; 0 without gravity, which is a choice."""
     share = float(np.linalg.norm(bench.model.opt.gravity)) / GRAVITY_M_S2
     return max(share / 3, 0.1 / share) if share else 0.0
 
 
 def keyframe(bench: Bench) -> float:
-    """Farthest that a keyframe puts a joint beyond its range / the range / 0.05."""
+    """Return the largest distance of a keyframe's joint beyond its range / the range / 0.05."""
     model, worst = bench.model, 0.0
     for joint in np.flatnonzero(model.jnt_limited & np.isin(model.jnt_type, _LINEAR)):
         low, high = model.jnt_range[joint]
@@ -42,7 +42,7 @@ def keyframe(bench: Bench) -> float:
 
 
 def grip(bench: Bench) -> float:
-    """0.1 / the largest friction between a free robot and what is around it, after it has settled."""
+    """Return 0.1 / the largest friction between a free robot and its surroundings, after it has settled."""
     if not bench.free:
         return 0.0
     end, model = bench.settle().end, bench.model
@@ -56,7 +56,7 @@ def grip(bench: Bench) -> float:
 
 
 def damped(bench: Bench) -> float:
-    """How slow the robot is, and how much quicker without most of its damping; see `_slow`."""
+    """Return how much damping slows the robot, by a comparison with 2 % of its damping; see `_slow`."""
 
     def lighter(model: mujoco.MjModel) -> None:
         model.dof_damping[:] *= 0.02
@@ -66,7 +66,7 @@ def damped(bench: Bench) -> float:
 
 
 def inert(bench: Bench) -> float:
-    """The same without rotor inertia."""
+    """Return how much rotor inertia slows the robot, by a comparison without it; see `_slow`."""
 
     def lighter(model: mujoco.MjModel) -> None:
         model.dof_armature[:] = 0
@@ -76,7 +76,7 @@ def inert(bench: Bench) -> float:
 
 
 def filtered(bench: Bench) -> float:
-    """The same with a fiftieth of the actuators' time constants."""
+    """Return how much filters slow the robot, by a comparison with 2 % of their time constants; see `_slow`."""
 
     def quicker(model: mujoco.MjModel) -> None:
         model.actuator_dynprm[:, :2] *= 0.02
@@ -85,9 +85,10 @@ def filtered(bench: Bench) -> float:
 
 
 def _slow(bench: Bench, name: str, change: Callable[[mujoco.MjModel], None]) -> float:
-    """The gain by a change / 3, of an actuator whose way grows by a fifth at the end of a test; else that / 0.2.
+    """Return the gain in effect by a change / 3, for an actuator whose displacement still grows at the end of its test.
 
-    The growth saturates: a steady motion grows by a quarter.
+    The growth in the last quarter must be at least a fifth. With a growth of a tenth to a fifth, the result is the
+    smaller of the gain / 3 and the growth / 0.2; with less it is 0. The growth of a steady motion is a quarter.
     """
     worst = 0.0
     for actuator in range(bench.model.nu):
@@ -99,7 +100,7 @@ def _slow(bench: Bench, name: str, change: Callable[[mujoco.MjModel], None]) -> 
 
 
 def _late_growth(bench: Bench, actuator: int) -> float:
-    """Way in the last quarter of an actuator's test / way in the whole."""
+    """Return the displacement in the last quarter of an actuator's test / the displacement in the whole test."""
     trace, reference = bench.alone(actuator, bench.ends(actuator)[0]), bench.reference()
     steps = min(len(trace.com_m), len(reference.com_m))
     if trace.failed or reference.failed or not steps:

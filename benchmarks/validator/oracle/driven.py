@@ -1,4 +1,4 @@
-"""What a robot does when driven, as symptom / limit."""
+"""Measures of a driven robot's behaviour, as symptom / limit."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ _TOUCH = (int(mujoco.mjtSensor.mjSENS_TOUCH), int(mujoco.mjtSensor.mjSENS_RANGEF
 
 
 def instability(bench: Bench) -> float:
-    """2 where it fails even at half the time step, 0.5 where it does not fail at twice the time step."""
+    """Return 2 if the robot fails even at half the time step, 1 if only at twice the time step, otherwise 0.5."""
     if _fails(bench, 2.0):
         return 2.0
     return 1.0 if _fails(Bench(bench.mjcf, 2.0), 0.5) else 0.5
 
 
 def _fails(bench: Bench, speed_share: float) -> bool:
-    """Whether any test ends in bad numbers or in speeds above a share of what is possible."""
+    """Return whether any test ends in bad numbers or in speeds above `speed_share` x the largest plausible speeds."""
     if bench.settle().failed:
         return True
     tests: list[Callable[[], Trace]] = [bench.settle, bench.together, bench.sweep]
@@ -32,7 +32,7 @@ def _fails(bench: Bench, speed_share: float) -> bool:
 
 
 def plainly_diverges(bench: Bench) -> bool:
-    """Whether MuJoCo warns of bad numbers in any test, whatever else there is."""
+    """Return whether MuJoCo warns of bad numbers in any test."""
     if bench.settle().failed:
         return True
     tests: list[Callable[[], Trace]] = [bench.together, bench.sweep]
@@ -51,7 +51,7 @@ def _failed(bench: Bench, trace: Trace, speed_share: float) -> bool:
 
 
 def chatter(bench: Bench) -> float:
-    """Root mean square acceleration of the worst body in the last quarter of a test / g / 4."""
+    """Return the root mean square acceleration of the worst body in the last quarter of a test / g / 4."""
     traces = [bench.settle(), bench.together()]
     traces += [bench.alone(i, bench.ends(i)[0]) for i in range(bench.model.nu)]
     worst = 0.0
@@ -64,7 +64,7 @@ def chatter(bench: Bench) -> float:
 
 
 def overrun(bench: Bench) -> float:
-    """Farthest that a hinge is beyond its range for a tenth of a test under load / 30 degrees."""
+    """Return how far a hinge is beyond its range for a tenth of a test under load / 30 degrees."""
     model, worst = bench.model, 0.0
     traces = [bench.together(), bench.sweep(), *(bench.alone(i, bench.ends(i)[0]) for i in range(model.nu))]
     for joint in np.flatnonzero(model.jnt_limited & (model.jnt_type == _HINGE)):
@@ -78,7 +78,7 @@ def overrun(bench: Bench) -> float:
 
 
 def constant_sensors(bench: Bench) -> float:
-    """Whether no sensor changes in any test; 0 where one does."""
+    """Return infinity if no sensor changes in any test; 0 if one does. Touch and distance sensors do not count."""
     model = bench.model
     traces = [bench.together(), bench.sweep(), *(bench.alone(i, bench.ends(i)[0]) for i in range(model.nu))]
     values = np.concatenate([trace.sensors for trace in traces])
@@ -93,7 +93,14 @@ def constant_sensors(bench: Bench) -> float:
 def effect(
     bench: Bench, actuator: int, name: str = "", change: Callable[[mujoco.MjModel], None] | None = None
 ) -> float:
-    """Largest displacement of a centre of mass by one actuator alone / L, at whichever end it is larger."""
+    """Return the largest displacement of a centre of mass by one actuator alone / L, for the more effective end.
+
+    Args:
+        bench: The robot.
+        actuator: Number of the actuator.
+        name: Name of the change, under which its tests are kept.
+        change: Changes the model for these tests.
+    """
     reference = bench.reference(f"{name} reference", change)
     ends = [end for end in bench.range_of(actuator) if abs(end - bench.neutral(bench.settle().end)[actuator]) > 1e-12]
     return max(
@@ -110,17 +117,17 @@ def _displacement(bench: Bench, trace: Trace, reference: Trace) -> float:
 
 
 def no_effect(bench: Bench) -> float:
-    """0.05 / largest effect of any actuator."""
+    """Return 0.05 / the largest effect of any actuator."""
     return 0.05 / max((effect(bench, i) for i in range(bench.model.nu)), default=1e-9)
 
 
 def idle_actuator(bench: Bench) -> float:
-    """0.05 / smallest effect of any actuator: a good robot has none without."""
+    """Return 0.05 / the smallest effect of any actuator: in a good robot, every actuator has an effect."""
     return 0.05 / min((effect(bench, i) for i in range(bench.model.nu)), default=1e-9)
 
 
 def held_by_limits(bench: Bench) -> float:
-    """The smaller of 0.05 / effect and gain without limits / 3."""
+    """Return the smaller of 0.05 / effect and the gain in effect without limits / 3."""
 
     def unlimited(model: mujoco.MjModel) -> None:
         model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_LIMIT)
@@ -129,18 +136,18 @@ def held_by_limits(bench: Bench) -> float:
 
 
 def held_by_mass(bench: Bench) -> float:
-    """The smaller of 0.05 / effect and heaviest body / median / 100."""
+    """Return the smaller of 0.05 / effect and the mass of the heaviest body / median / 100."""
     masses = bench.model.body_mass[bench.moving]
     return _if_idle(bench, lambda: float(masses.max() / np.median(masses)) / 100)
 
 
 def too_weak(bench: Bench) -> float:
-    """The smaller of 0.05 / effect and half the weight / greatest force."""
+    """Return the smaller of 0.05 / effect and half the weight / the largest force."""
     return _if_idle(bench, lambda: 0.5 * bench.weight_n / max(_greatest_force_n(bench), 1e-12))
 
 
 def too_stiff(bench: Bench) -> float:
-    """The smaller of 0.05 / effect, greatest force / half the weight, and gain with a fiftieth of the stiffness / 3."""
+    """Return the smallest of 0.05 / effect, largest force / half the weight, and gain with 2 % of the stiffness / 3."""
 
     def softer(model: mujoco.MjModel) -> None:
         for values in (model.jnt_stiffness, model.tendon_stiffness, model.dof_damping, model.tendon_damping):
@@ -151,7 +158,7 @@ def too_stiff(bench: Bench) -> float:
 
 
 def _if_idle(bench: Bench, cause: Callable[[], float]) -> float:
-    """The smaller of 0.05 / effect and of how clear the cause is; the cause of an effect that is there matters not."""
+    """Return the smaller of 0.05 / effect and the cause's measure; without the cause if the effect is large enough."""
     idle = no_effect(bench)
     return idle if idle <= 0.5 else min(idle, cause())
 
@@ -166,7 +173,7 @@ def _greatest_force_n(bench: Bench) -> float:
 
 
 def held_by_contact(bench: Bench) -> float:
-    """0.35 / share of the effect that self-contact leaves, for the actuator that suffers most."""
+    """Return 0.35 / the share of the effect that self-contact leaves, for the most affected actuator."""
 
     def through(model: mujoco.MjModel) -> None:
         ours = model.geom_bodyid > 0
@@ -184,13 +191,13 @@ def held_by_contact(bench: Bench) -> float:
 
 
 def _touches_itself(bench: Bench, actuator: int) -> bool:
-    """Whether parts of the robot touch each other at the end of an actuator's test."""
+    """Return whether parts of the robot touch each other at the end of an actuator's test."""
     data = bench.alone(actuator, bench.ends(actuator)[0]).end
     return any(bench.model.geom_bodyid[list(contact.geom)].all() for contact in data.contact)
 
 
 def held_by_antagonists(bench: Bench) -> float:
-    """0.35 / share of the effect that is left when the others only let go by command, for the worst actuator."""
+    """Return 0.35 / the share of the effect that is left if the others are only commanded to let go, for the worst."""
     worst = 0.0
     reference = bench.reference()
     for i in bench.pulling:
@@ -202,6 +209,6 @@ def held_by_antagonists(bench: Bench) -> float:
 
 
 def _released(bench: Bench, actuator: int) -> Trace:
-    """One actuator at the end at which it pulls hardest, the others told to let go."""
+    """Drive one actuator to the end at which it pulls hardest, and command the others to let go."""
     target = {other: bench.ends(other)[1] for other in bench.pulling} | {actuator: bench.ends(actuator)[0]}
     return bench.drive(f"released {actuator}", target)

@@ -1,4 +1,4 @@
-"""How cables bend a robot, by turning joint after joint and measuring the cables, as symptom / limit."""
+"""Measures of how cables bend a robot, from the lengths of cables while joints are turned, as symptom / limit."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _BENT_RAD = 0.03
 
 
 def same_levers(bench: Bench) -> float:
-    """0.05 / the relative difference of the two most similar cables."""
+    """Return 0.05 / the relative difference between the levers of the two most similar cables."""
     rows = _levers(bench)
     closest = math.inf
     for one, other in combinations(rows, 2):
@@ -28,7 +28,7 @@ def same_levers(bench: Bench) -> float:
 
 
 def parallel_hinges(bench: Bench) -> float:
-    """11 degrees / the angle between two hinges at one point."""
+    """Return 11 degrees / the smallest angle between two hinges at one point."""
     model, start, worst = bench.model, bench.start, 0.0
     for body in range(1, model.nbody):
         first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
@@ -41,7 +41,7 @@ def parallel_hinges(bench: Bench) -> float:
 
 
 def short_reach(bench: Bench) -> float:
-    """Half / the share of the least driven limb, of four joints or more, up to the last that any cable bends."""
+    """Return 0.5 / the share of a limb up to the last joint that any cable bends, for the worst limb of four joints."""
     rows = np.abs(_levers(bench))
     if not len(rows):
         return 0.0
@@ -55,7 +55,10 @@ def short_reach(bench: Bench) -> float:
 
 
 def cancelled(bench: Bench) -> float:
-    """0.25 / what is left of a cable's levers along a limb, in one plane, when those to both sides are added up."""
+    """Return 0.25 / the share that is left of a cable's levers along a limb, in one plane, when they are added up.
+
+    Only cables that change sides at least twice count.
+    """
     worst = 0.0
     for along in _along_limbs(bench):
         if len(along) >= 4 and np.abs(along).max() > 1e-3 * bench.length_m:
@@ -66,7 +69,7 @@ def cancelled(bench: Bench) -> float:
 
 
 def dip(bench: Bench) -> float:
-    """How much of its lever a cable loses in the middle of a limb and has again behind / 0.25."""
+    """Return the share of its lever that a cable loses in the middle of a limb and regains further out / 0.25."""
     worst = 0.0
     for along in _along_limbs(bench):
         along = along * np.sign(along.sum())
@@ -80,7 +83,7 @@ def dip(bench: Bench) -> float:
 
 
 def _along_limbs(bench: Bench) -> Iterator[Array]:
-    """Levers of each cable along each limb about the axes of one direction, in order from the root."""
+    """Yield the levers of each cable along each limb about the axes of one direction, in order from the root."""
     for levers in _levers(bench):
         for limb in _limbs(bench):
             dofs = [dof for group in limb for dof in group]
@@ -94,7 +97,7 @@ def _along_limbs(bench: Bench) -> Iterator[Array]:
 
 
 def _pulled(bench: Bench) -> list[int]:
-    """Spatial tendons that actuators pull, each once."""
+    """Return the spatial tendons that actuators pull, each once."""
     model = bench.model
     pulled = dict.fromkeys(int(model.actuator_trnid[actuator, 0]) for actuator in bench.pulling)
     joints = int(mujoco.mjtWrap.mjWRAP_JOINT)
@@ -102,7 +105,7 @@ def _pulled(bench: Bench) -> list[int]:
 
 
 def _levers(bench: Bench) -> Array:
-    """Change of every pulled cable's length per radian of every degree of freedom, slightly bent, (n_cables, nv)."""
+    """Return the change of each pulled cable's length per radian of each dof, in a slightly bent pose, (n, nv)."""
     model, data, pulled = bench.model, mujoco.MjData(bench.model), _pulled(bench)
     turning = [dof for dof in range(model.nv) if _turns(bench, dof)]
     levers, bent = np.zeros((len(pulled), model.nv)), np.zeros(model.nv)
@@ -123,7 +126,7 @@ def _turns(bench: Bench, dof: int) -> bool:
 
 
 def _axis(bench: Bench, dof: int) -> Array:
-    """Direction about which a degree of freedom turns in the drawn pose."""
+    """Return the direction of the axis of a degree of freedom in the drawn pose."""
     model, joint = bench.model, int(bench.model.dof_jntid[dof])
     if int(model.jnt_type[joint]) == _HINGE:
         return np.array(bench.start.xaxis[joint])
@@ -132,7 +135,7 @@ def _axis(bench: Bench, dof: int) -> Array:
 
 
 def _limbs(bench: Bench) -> list[list[list[int]]]:
-    """Degrees of freedom of each body that turns, along each series of such bodies without a branch."""
+    """Return the limbs: series of turning bodies without a branch, each body as its turning degrees of freedom."""
     model = bench.model
     turning = {
         body: [dof for dof in range(model.nv) if int(model.dof_bodyid[dof]) == body and _turns(bench, dof)]

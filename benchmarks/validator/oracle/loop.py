@@ -1,4 +1,4 @@
-"""The oracle's tests of one robot: let it settle, drive it, keep what it did."""
+"""The oracle's tests of one robot: let it settle, drive it, and keep the traces."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Change = Callable[[mujoco.MjModel], None]
 
 GRAVITY_M_S2 = 9.81
 _KICK_RAD = 0.02
-_SLACK = 29  # actuator group that is switched off
+_SLACK = 29  # number of the actuator group that is switched off
 _FREE, _BALL, _HINGE = (int(getattr(mujoco.mjtJoint, f"mjJNT_{kind}")) for kind in ("FREE", "BALL", "HINGE"))
 _TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
 
@@ -25,7 +25,7 @@ class Bench:
     """A robot and the tests made with it so far.
 
     Args:
-        mjcf: The robot; one with a free joint and no floor gets a floor at its lowest point.
+        mjcf: MJCF of the robot. A robot with a free joint and without a floor gets a floor at its lowest point.
         step: Time step of the oracle / time step of the robot.
     """
 
@@ -48,18 +48,18 @@ class Bench:
 
     @cached_property
     def moving(self) -> list[int]:
-        """Bodies that move against the world."""
+        """Bodies that can move relative to the world."""
         return [body for body in range(1, self.model.nbody) if self.model.body_weldid[body] != 0]
 
     @cached_property
     def root(self) -> int:
-        """First body that moves freely, else the first body."""
+        """First body with a free joint, otherwise the first body."""
         free = [int(self.model.jnt_bodyid[j]) for j in range(self.model.njnt) if self.model.jnt_type[j] == _FREE]
         return free[0] if free else 1
 
     @cached_property
     def length_m(self) -> float:
-        """The smaller of the longest way along joints and the diagonal around the moving bodies."""
+        """The smaller of the longest path along joints and the diagonal of the box around the moving bodies [m]."""
         points = np.concatenate([corners(self.model, self.start, geom) for geom in self._moving_geoms])
         diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
         return min(diagonal, self._longest_way_m) if self._longest_way_m else diagonal
@@ -87,12 +87,12 @@ class Bench:
 
     @property
     def time_s(self) -> float:
-        """sqrt(L / g), in which durations are counted."""
+        """sqrt(L / g), the unit of durations [s]."""
         return math.sqrt(self.length_m / GRAVITY_M_S2)
 
     @cached_property
     def weight_n(self) -> float:
-        """Of what moves."""
+        """Weight of the moving bodies [N]."""
         return float(self.model.body_mass[self.moving].sum()) * GRAVITY_M_S2
 
     @cached_property
@@ -106,7 +106,7 @@ class Bench:
         return any(trace.failed for trace in self._kept.values())
 
     def settle(self, name: str = "settle", change: Change | None = None, gravity: float = 1.0) -> Trace:
-        """Kick every joint a little and wait, the tendons slack."""
+        """Kick every joint slightly, and simulate with slack tendons."""
         name = f"{name} {gravity}"
         if name not in self._kept:
             duration = min(max(12 * self.time_s, 1.0), 4.0)
@@ -121,7 +121,14 @@ class Bench:
         slack: Sequence[int] = (),
         change: Change | None = None,
     ) -> Trace:
-        """From rest, lead some commands to a target over a quarter of the time and hold them."""
+        """Start at rest, move some commands to their target in a quarter of the time, and hold them.
+
+        Args:
+            name: Name under which the trace is kept.
+            target: Target command by actuator.
+            slack: Actuators that are switched off.
+            change: Changes the model for this test.
+        """
         if name not in self._kept:
             neutral = self.neutral(self.settle().end)
             end = neutral.copy()
@@ -131,20 +138,20 @@ class Bench:
         return self._kept[name]
 
     def reference(self, name: str = "reference", change: Change | None = None) -> Trace:
-        """The tendons slack, for as long as a test takes."""
+        """Simulate with slack tendons for the duration of a test."""
         return self.drive(name, {}, self.pulling, change)
 
     def alone(self, actuator: int, end: float, name: str = "", change: Change | None = None) -> Trace:
-        """One actuator to one end, the other tendons slack."""
+        """Drive one actuator to one end of its range, with the other tendons slack."""
         others = [i for i in self.pulling if i != actuator]
         return self.drive(f"{name} alone {actuator} {end}", {actuator: end}, others, change)
 
     def together(self) -> Trace:
-        """Every actuator to the end at which it pulls hardest."""
+        """Drive every actuator to the end at which it pulls hardest."""
         return self.drive("together", {i: self.ends(i)[0] for i in range(self.model.nu)})
 
     def ends(self, actuator: int) -> tuple[float, float]:
-        """The end at which a tendon is pulled hardest (a joint: its high end), and the other."""
+        """Return the end of the range at which a tendon is pulled hardest (for a joint the high end), and the other."""
         return self._ends[actuator]
 
     @cached_property
@@ -162,14 +169,14 @@ class Bench:
         return min(max(9 * self.time_s, 0.8), 3.0)
 
     def range_of(self, actuator: int) -> tuple[float, float]:
-        """Control range, -1 to 1 where there is none."""
+        """Return the control range; -1 to 1 if there is none."""
         if not self.model.actuator_ctrllimited[actuator]:
             return -1.0, 1.0
         low, high = self.model.actuator_ctrlrange[actuator]
         return float(low), float(high)
 
     def force_n(self, actuator: int, command: float) -> float:
-        """Force on the joint or tendon where the robot rests, negative where a tendon is pulled."""
+        """Return the force on the joint or tendon in the rest pose; it is negative if a tendon is pulled."""
         data = mujoco.MjData(self.model)
         data.qpos[:] = self.settle().end.qpos
         data.ctrl[:] = command
@@ -178,7 +185,7 @@ class Bench:
         return float(data.actuator_force[actuator] * self.model.actuator_gear[actuator, 0])
 
     def sweep(self) -> Trace:
-        """Random ends for every actuator, changed together."""
+        """Drive all actuators to random ends of their ranges, which change at the same times."""
         rng = np.random.default_rng(11)
         low, high = (np.array([self.range_of(i)[k] for i in range(self.model.nu)]) for k in (0, 1))
         hold_s = 0.35 * self.time_s
@@ -191,7 +198,7 @@ class Bench:
         return self._kept["sweep"]
 
     def neutral(self, data: mujoco.MjData) -> Array:
-        """Commands without force: a servo is told to stay where it is."""
+        """Return commands without force: a servo is commanded to stay where it is."""
         ctrl = np.zeros(self.model.nu)
         for i in range(self.model.nu):
             gain, bias = self.model.actuator_gainprm[i, 0], self.model.actuator_biasprm[i]
@@ -226,7 +233,7 @@ class Bench:
         change: Change | None = None,
         gravity: float = 1.0,
     ) -> Trace:
-        model = copy.copy(self.model)  # each test may change its own
+        model = copy.copy(self.model)  # each test may change its own copy
         model.opt.gravity[:] *= gravity
         model.actuator_group[:] = 0
         model.actuator_group[list(slack)] = _SLACK

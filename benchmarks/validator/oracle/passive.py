@@ -1,4 +1,4 @@
-"""What a robot does when nobody drives it, as symptom / limit."""
+"""Measures of a passive robot's behaviour, as symptom / limit."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ from benchmarks.validator.oracle.loop import Bench, Trace
 
 
 def collapse_by_gravity(bench: Bench) -> float:
-    """2 where half of gravity still makes it sag by more than 0.9 L, 0.5 where twice as much does not."""
+    """Return 2 if half of gravity makes the robot sag by more than 0.9 L, 0.5 if twice gravity does not, otherwise 1.
+
+    A robot that deforms by 0.45 L or more without gravity does not get 2.
+    """
     if _deformation(bench, bench.settle(gravity=2.0)) < 0.9:
         return 0.5
     caused_by_gravity = _deformation(bench, bench.settle("weightless", gravity=0.0)) < 0.45
@@ -18,7 +21,10 @@ def collapse_by_gravity(bench: Bench) -> float:
 
 
 def collapse_by_springs(bench: Bench) -> float:
-    """Deformation without gravity / 0.6; more than 1 counts as 2 only where springs half as far from rest do it too."""
+    """Return the deformation without gravity / 0.6 if it is at most 1.
+
+    Otherwise return 2 if springs half as far from rest also give more than 1, and 1 if they do not.
+    """
     share = _deformation(bench, bench.settle("weightless", gravity=0.0)) / 0.6
     if share <= 1:
         return share
@@ -33,7 +39,7 @@ def _springs_half_as_far(model: mujoco.MjModel) -> None:
 
 
 def _deformation(bench: Bench, trace: Trace) -> float:
-    """Farthest that a body is from where it was drawn, seen from the root / L."""
+    """Return the largest distance of a body from its drawn position, relative to the root / L."""
     if trace.failed:
         return math.inf
     root = bench.root
@@ -42,7 +48,7 @@ def _deformation(bench: Bench, trace: Trace) -> float:
 
 
 def drop(bench: Bench) -> float:
-    """How far the root falls / L / 0.3."""
+    """Return the distance by which the root falls / L / 0.3."""
     trace = bench.settle()
     if trace.failed:
         return 1.0
@@ -51,7 +57,7 @@ def drop(bench: Bench) -> float:
 
 
 def energy_rise(bench: Bench) -> float:
-    """Rise of energy / (m g L) / 0.05, where nothing but slack tendons could drive it."""
+    """Return the rise of energy / (m g L) / 0.05; 0 if an actuator is not on a tendon, since only tendons are slack."""
     if len(bench.pulling) < bench.model.nu:
         return 0.0
     trace = bench.settle()
@@ -62,9 +68,9 @@ def energy_rise(bench: Bench) -> float:
 
 
 def ringing(bench: Bench) -> float:
-    """The smaller of 0.02 / damping ratio and amplitude / L / 0.02.
+    """Return the smaller of 0.02 / damping ratio and amplitude / L / 0.02.
 
-    Damping ratio by the logarithmic decrement over the maxima of the signal in the second half.
+    The damping ratio comes from the logarithmic decrement of the signal's swings in the last three eighths.
     """
     trace = bench.settle()
     if trace.failed:
@@ -83,7 +89,7 @@ def ringing(bench: Bench) -> float:
 
 
 def touches_nothing(bench: Bench) -> float:
-    """Whether no moving part touches a ball that is put around each of them."""
+    """Return infinity if no moving part touches any of the balls that are put around all of them; otherwise 0."""
     spec = mujoco.MjSpec.from_string(bench.mjcf)
     for body in bench.moving:
         spec.worldbody.add_geom(
@@ -97,7 +103,7 @@ def touches_nothing(bench: Bench) -> float:
 
 
 def lands(mjcf: str) -> bool:
-    """Whether the root of a robot has come to rest at the end of settling."""
+    """Return whether the root of a robot is nearly at rest at the end of settling."""
     bench = Bench(mjcf)
     trace = bench.settle()
     path = trace.world_m[-10:, bench.root]

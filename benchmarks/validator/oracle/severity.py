@@ -1,4 +1,4 @@
-"""For each fault code, how large the symptom is compared with the limit."""
+"""Size of the symptom relative to its limit, for each fault code."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ SEVERITIES: dict[str, Callable[[Bench], float]] = {
     "no_effect": driven.no_effect,
     "sensor_constant": driven.constant_sensors,
 }
-"""Fault code: symptom / limit of what makes a robot unstable. 2 is twice too much, 0.5 is half of what is allowed."""
+"""Measures of faults that make a robot unstable, by code: symptom / limit. 2 is twice the limit, 0.5 is half of it."""
 
 BUILDING_SEVERITIES: dict[str, Callable[[Bench], float]] = {
     "tendon_through_body": building.buried,
@@ -73,24 +73,24 @@ BUILDING_SEVERITIES: dict[str, Callable[[Bench], float]] = {
     "tendon_slack": building.slack,
     "thin_wall": building.wall,
 }
-"""The same of what could not be built. Good robots may have some of it, and it is known which."""
+"""Measures of faults that cannot be built, by code. Good robots may have such faults; they are recorded."""
 
 _FIXED_ROBOTS_MAY = {"contact_disabled"}
-"""Only a robot that must touch something is judged by these."""
+"""Codes that are measured only for free robots, which must touch something."""
 
 
 def measure_of(code: str) -> Callable[[Bench], float]:
-    """Return what measures how large the symptom of a fault is, compared with the limit."""
+    """Return the function that measures the symptom of a fault relative to its limit."""
     return (SEVERITIES | BUILDING_SEVERITIES)[code]
 
 
 def severity_of(code: str, mjcf: str) -> float:
-    """Return how large the symptom of a fault is in a robot, compared with the limit."""
+    """Return the size of a fault's symptom in a robot relative to its limit."""
     return measure_of(code)(Bench(mjcf))
 
 
 def first_symptom(bench: Bench, ceiling: float = 0.5) -> dict[str, float]:
-    """Return the first symptom of an unstable robot larger than a share of its limit; cheap ones come first."""
+    """Return the first symptom of instability larger than `ceiling` x its limit, by code; cheap tests come first."""
     for code, measure in SEVERITIES.items():
         if code in _FIXED_ROBOTS_MAY and not bench.free:
             continue
@@ -101,9 +101,9 @@ def first_symptom(bench: Bench, ceiling: float = 0.5) -> dict[str, float]:
 
 
 def examine_good(mjcf: str, ceiling: float = 0.5) -> tuple[dict[str, float], dict[str, float]]:
-    """Return the first symptom larger than a share of its limit, and all symptoms of what could not be built.
+    """Return the first symptom of instability larger than `ceiling` x its limit, and all symptoms of buildability.
 
-    A good robot has none of the first kind.
+    A good robot has no symptom of instability. For a bad one, buildability is not measured.
     """
     bench = Bench(mjcf)
     found = first_symptom(bench, ceiling)

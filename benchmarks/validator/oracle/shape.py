@@ -1,4 +1,4 @@
-"""Where the geoms of a robot reach."""
+"""Extents of the geoms of a robot."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from benchmarks.validator.oracle.trace import Array
 
 
 def corners(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Array:
-    """Corners of the box around a geom, in the world."""
+    """Return the corners of the box around a geom, in the world, (8, 3) [m]."""
     box = model.geom_aabb[geom]
     signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
     return np.asarray(data.geom_xpos[geom] + (box[:3] + signs * box[3:]) @ data.geom_xmat[geom].reshape(3, 3).T)
 
 
 def lowest_m(model: mujoco.MjModel) -> float:
-    """Lowest point of all moving geoms in the drawn pose."""
+    """Return the height of the lowest point of all geoms outside of the world body, in the drawn pose [m]."""
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     lowest = math.inf

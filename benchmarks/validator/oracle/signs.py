@@ -1,4 +1,4 @@
-"""In which direction actuators act, by holding commands and changing the length of their cables."""
+"""Direction in which actuators act, measured by holding commands and changing the length of cables."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ _BENT_RAD = 0.05
 
 
 def inverted(bench: Bench) -> float:
-    """2 where one on a cable pushes at every command and another pulls, runs away, or cannot let go; else 0."""
+    """Return 2 if one cable is pushed at every command while another is pulled, or one runs away or never lets go.
+
+    Otherwise return 0.
+    """
     model = bench.model
     cables = [
         actuator
@@ -30,7 +33,7 @@ def inverted(bench: Bench) -> float:
 
 
 def _held(bench: Bench, actuator: int, turn: Array) -> tuple[float, tuple[float, float]]:
-    """Length of a cable in a pose [m], and the force on it at both ends of the range, negative where it pulls [N]."""
+    """Return a cable's length in a pose [m], and the force on it at both ends of the range [N], negative for a pull."""
     model, data = bench.model, mujoco.MjData(bench.model)
     inner = np.array([int(model.jnt_type[joint]) != int(mujoco.mjtJoint.mjJNT_FREE) for joint in model.dof_jntid])
     mujoco.mj_integratePos(model, data.qpos, np.where(inner, turn, 0.0), 1.0)
@@ -43,7 +46,7 @@ def _held(bench: Bench, actuator: int, turn: Array) -> tuple[float, tuple[float,
 
 
 def _grows(held: list[tuple[float, tuple[float, float]]]) -> bool:
-    """Whether the force on a cable pushes more the longer it is: it has to pull it back."""
+    """Return whether the force on a cable pushes more the longer the cable is; it should pull it back."""
     by_length = sorted(held)
     (short, first), (long, last) = by_length[0], by_length[-1]
     room = max(map(abs, (*first, *last)), default=0.0)
@@ -51,7 +54,7 @@ def _grows(held: list[tuple[float, tuple[float, float]]]) -> bool:
 
 
 def _never_lets_go(bench: Bench, actuator: int) -> bool:
-    """Whether a servo would still pull a cable of no length at each end of its range, force limits aside."""
+    """Return whether a servo without force limits would pull a cable of length 0 at both ends of its range."""
     model = bench.model
     gain, bias, gear = model.actuator_gainprm[actuator, 0], model.actuator_biasprm[actuator], model.actuator_gear
     if not bias[1]:

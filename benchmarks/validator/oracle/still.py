@@ -1,7 +1,7 @@
-"""What can be measured before anything moves: parts, ranges, overlaps, levers.
+"""Measures that need no motion: parts, ranges, overlaps, levers.
 
-Each function returns how large the symptom is compared with its limit: 2 is twice too much, 0.5 half of what is
-allowed. A fault that is there or not is infinite or 0.
+Each function returns the symptom / its limit: 2 is twice the limit, 0.5 is half of it. A fault that is either present
+or not gives infinity or 0.
 """
 
 from __future__ import annotations
@@ -19,17 +19,20 @@ _PENETRATION = {"share": 0.2, "noticed": 0.002, "length": 0.01}
 
 
 def missing_parts(bench: Bench, kind: str) -> float:
-    """None of "tendon", "u" (actuators) or "sensor"."""
+    """Return infinity if the model has no parts of a kind: "tendon", "u" (actuators) or "sensor"."""
     return math.inf if getattr(bench.model, f"n{kind}") == 0 else 0.0
 
 
 def driven_joints_only(bench: Bench) -> float:
-    """Tendons are there, actuators are there, and none pulls a tendon."""
+    """Return infinity if there are tendons and actuators, but no actuator pulls a tendon."""
     return math.inf if bench.model.ntendon and bench.model.nu and not bench.pulling else 0.0
 
 
 def series(bench: Bench) -> float:
-    """3 / turning points one after the other, at most; a universal joint of two hinges is one point."""
+    """Return 1.5 / the largest number of turning points in series; infinity if there are fewer than three.
+
+    A universal joint of two hinges is one point.
+    """
     model, best = bench.model, 0
     for body in range(1, model.nbody):
         points: list[np.ndarray] = []
@@ -46,7 +49,7 @@ def series(bench: Bench) -> float:
 
 
 def separate_parts(bench: Bench) -> float:
-    """Bodies in the world that neither a constraint nor a common level joins."""
+    """Return infinity if several bodies hang from the world without any constraint and not at a common height."""
     model = bench.model
     roots = [body for body in range(1, model.nbody) if model.body_parentid[body] == 0]
     if len(roots) < 2:
@@ -57,7 +60,7 @@ def separate_parts(bench: Bench) -> float:
 
 
 def widest_gap(bench: Bench) -> float:
-    """Gap between a body and the one it hangs from / distance between joints / 0.5."""
+    """Return the largest gap between a body and its parent / median distance between joints / 0.5."""
     model, worst = bench.model, 0.0
     pairs = [(int(model.body_parentid[b]), b) for b in bench.moving if int(model.body_parentid[b]) in bench.moving]
     spacing = [float(np.linalg.norm(_anchor(bench, b) - _anchor(bench, a))) for a, b in pairs]
@@ -71,7 +74,10 @@ def widest_gap(bench: Bench) -> float:
 
 
 def rank_of_actuation(bench: Bench) -> float:
-    """Whether as many independent actuators as inner degrees of freedom, by pulling each and looking at all joints."""
+    """Return infinity if there are as many independent actuators as inner degrees of freedom, else half their ratio.
+
+    Each actuator is pulled alone, and the forces on all joints are compared.
+    """
     model, data = bench.model, mujoco.MjData(bench.model)
     inner = [d for d in range(model.nv) if int(model.jnt_type[model.dof_jntid[d]]) != 0]
     rows = []
@@ -89,18 +95,18 @@ def rank_of_actuation(bench: Bench) -> float:
 
 
 def missing_ranges(bench: Bench) -> float:
-    """An actuator that MuJoCo does not limit."""
+    """Return infinity if MuJoCo does not limit an actuator's control."""
     return 0.0 if bench.model.actuator_ctrllimited.all() else math.inf
 
 
 def inverted_ranges(bench: Bench) -> float:
-    """A joint range that runs downwards and limits nothing."""
+    """Return infinity if a joint range is written from high to low and limits nothing."""
     low, high = bench.model.jnt_range.T
     return math.inf if (~bench.model.jnt_limited.astype(bool) & (low > high)).any() else 0.0
 
 
 def narrow_ranges(bench: Bench) -> float:
-    """30 degrees / what all limits of the narrowest limb allow together."""
+    """Return 30 degrees / the bend that all limits of the narrowest limb together allow."""
     model, narrowest = bench.model, math.inf
     for body in range(1, model.nbody):
         if any(model.body_parentid[other] == body for other in range(1, model.nbody)):
@@ -118,7 +124,7 @@ def narrow_ranges(bench: Bench) -> float:
 
 
 def overlap(bench: Bench) -> float:
-    """Deepest overlap / what is allowed, if it also pushes something."""
+    """Return the deepest overlap / its limit; from 0.5 on, an overlap that pushes nothing counts as 1."""
     model, worst = bench.model, 0.0
     for contact in bench.start.contact:
         depth = -float(contact.dist)
@@ -130,7 +136,7 @@ def overlap(bench: Bench) -> float:
 
 
 def _pushes(bench: Bench) -> bool:
-    """Whether contacts at the start accelerate any body by more than gravity does."""
+    """Return whether contacts at the start change the accelerations by more than gravity."""
     model = bench.model.__copy__()
     with_contact = np.array(bench.start.qacc)
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
@@ -141,7 +147,7 @@ def _pushes(bench: Bench) -> bool:
 
 
 def tendon_beyond_range(bench: Bench) -> float:
-    """How far a tendon is outside its range / its length / 0.02."""
+    """Return the largest distance of a tendon's length outside its range / its length / 0.02."""
     model, worst = bench.model, 0.0
     for tendon in np.flatnonzero(model.tendon_limited):
         length, (low, high) = float(bench.start.ten_length[tendon]), model.tendon_range[tendon]
@@ -150,20 +156,23 @@ def tendon_beyond_range(bench: Bench) -> float:
 
 
 def dead_commands(bench: Bench) -> float:
-    """An actuator without force at both ends of its range, in two poses."""
+    """Return infinity if an actuator has no force at both ends of its range, in the rest pose."""
     forces = [max(abs(bench.force_n(i, end)) for end in bench.range_of(i)) for i in range(bench.model.nu)]
     return math.inf if min(forces, default=1.0) == 0 else 0.0
 
 
 def tendon_without_length(bench: Bench) -> float:
-    """A driven spatial tendon whose length is the same in twenty random poses."""
+    """Return infinity if a driven spatial tendon has the same length in twenty random poses."""
     lengths = np.array([_bent(bench, seed).ten_length for seed in range(20)])
     still = [t for t in _driven_tendons(bench) if np.ptp(lengths[:, t]) < 1e-12]
     return math.inf if still else 0.0
 
 
 def levers(bench: Bench) -> float:
-    """0.05 / (change of a driven tendon's length per radian / half the width of the parts it passes), for the worst."""
+    """Return 0.05 / (largest lever of a driven tendon / half the width of the parts it passes), for the worst tendon.
+
+    A lever is the change of the tendon's length per radian of a joint [m].
+    """
     model, worst = bench.model, 0.0
     bent = _bent(bench, 0, 0.02)
     for tendon in _driven_tendons(bench):

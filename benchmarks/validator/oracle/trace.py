@@ -1,4 +1,4 @@
-"""One simulation of the oracle: one `mj_step` after the other, everything written down."""
+"""One simulation of the oracle: a loop over `mj_step` that records all quantities."""
 
 from __future__ import annotations
 
@@ -20,18 +20,19 @@ _OF_ROOT = ("xpos", "xmat")
 
 @dataclass(frozen=True)
 class Trace:
-    """What one simulation did, one row a time step of the robot.
+    """Record of one simulation, with one row per time step of the robot.
 
     Attributes:
-        timestep_s: Between two rows.
-        com_m: Centres of mass seen from the root body, (n_rows, nbody, 3).
-        world_m: The same in the world.
-        shaking_m_s2: Size of their acceleration in the last quarter, over the oracle's last three steps: what shakes at
-            every other step stands still when looked at from row to row.
-        qpos, qvel, sensors, tendons_m: As in MjData.
-        forces_n: Force of every actuator on its joint or tendon, negative where a tendon is pulled, (n_rows, nu).
-        energy_j: Potential and kinetic energy together.
-        failed: Whether MuJoCo warned of bad numbers, or one is not finite.
+        timestep_s: Time between two rows.
+        com_m: Centres of mass in the frame of the root body, (n_rows, nbody, 3).
+        world_m: Centres of mass in the world, (n_rows, nbody, 3).
+        shaking_m_s2: Magnitude of the accelerations of the centres of mass in the last quarter, from the oracle's last
+            three steps. Differences between rows would not show a body that shakes at every other step.
+        qpos, qvel, sensors, tendons_m: Positions, velocities, sensor data and tendon lengths as in MjData.
+        forces_n: Force of every actuator on its joint or tendon, negative if a tendon is pulled, (n_rows, nu).
+        energy_j: Sum of potential and kinetic energy.
+        failed: Whether MuJoCo warned of bad numbers, or the energy was not finite.
+        end: State at the end.
     """
 
     timestep_s: float
@@ -57,7 +58,18 @@ def record(
     root: int,
     substeps: int,
 ) -> Trace:
-    """Simulate, and write down every `substeps`-th step: one row a time step of the robot."""
+    """Simulate and record every `substeps`-th step, which gives one row per time step of the robot.
+
+    Args:
+        model: Model with the time step of the oracle.
+        data: State at the start; it is advanced to the end.
+        begin: Commands at the start.
+        target: Commands that are reached in a quarter of the time, or commands as a function of time [s]; None to keep
+            those of the start.
+        duration_s: Duration of the simulation [s].
+        root: Body in whose frame centres of mass are recorded.
+        substeps: Steps of the oracle per row.
+    """
     frame_s = float(model.opt.timestep) * substeps
     frames = round(duration_s / frame_s)
     data.time = 0
@@ -65,7 +77,7 @@ def record(
     for i in range(model.nu):
         if model.actuator_actnum[i] == 1:
             data.act[model.actuator_actadr[i]] = begin[i]
-    # views of MjData are read in place; asking for the attributes each step would cost as much as the physics
+    # views of MjData are read in place; accessing its attributes in each step would cost as much as the physics
     watched = {name: getattr(data, name) for name in _WATCHED} | {name: getattr(data, name)[root] for name in _OF_ROOT}
     rows = {name: np.empty((frames, *value.shape)) for name, value in watched.items()}
     quarter = 3 * frames // 4

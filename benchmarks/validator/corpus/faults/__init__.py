@@ -1,14 +1,14 @@
 """Changes that make a good robot bad in one way.
 
-injection    what such a change is
-anatomy      where limbs run and what is tied to them
+injection    definition of such a change
+anatomy      limbs and their tendons
 parts        missing or wrong parts, ranges, gaps
 wiring       tendons and actuators that cannot have an effect
 motion       robots that fall, sag, ring, chatter or diverge
 holding      obstacles, weakness and stiffness that keep a robot still
-building     cables and motors that do not exist
-routes       cables that pull where they should not
-constants    units, gravity, friction, keyframes, damping and filters out of the ordinary
+building     cables, motors and parts that cannot be built
+routes       cables that pull in the wrong place
+constants    unusual units, gravity, friction, keyframes, damping and filters
 signs        actuators that act in the wrong direction
 document     MJCF that does not load
 """
@@ -29,4 +29,4 @@ from benchmarks.validator.corpus.faults.wiring import WIRING
 __all__ = ["DOCUMENT", "INJECTIONS", "Injection", "UnsuitableError"]
 
 INJECTIONS: tuple[Injection, ...] = (*PARTS, *WIRING, *MOTION, *HOLDING, *BUILDING, *ROUTES, *CONSTANTS, *SIGNS)
-"""Changes of models that load; those of `DOCUMENT` do not."""
+"""Changes after which a model still loads. After those of `DOCUMENT` it does not."""

@@ -1,4 +1,4 @@
-"""Where limbs run and what is tied to them, read from a specification and its compiled model."""
+"""Limbs of a robot and the tendons along them, read from a specification and its compiled model."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ _TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
 
 @dataclass(frozen=True)
 class Limb:
-    """Bodies with joints one after the other, from root to tip.
+    """A chain of bodies with hinge or ball joints, from root to tip.
 
     Attributes:
-        bodies: Their ids.
-        anchors_m: Where each turns, (n, 3), in the world.
+        bodies: Ids of the bodies.
+        anchors_m: Position of each body's joint in the world, (n, 3).
     """
 
     bodies: tuple[int, ...]
@@ -29,11 +29,11 @@ class Limb:
 
     @property
     def spacing_m(self) -> float:
-        """Median distance between joints."""
+        """Median distance between successive joints."""
         return float(np.median(np.linalg.norm(np.diff(self.anchors_m, axis=0), axis=1)))
 
     def direction(self, index: int) -> Array:
-        """Unit vector along the limb at a body, in the world."""
+        """Return the unit vector along the limb at a body, in the world; `index` is the body's place in the limb."""
         after = min(index + 1, len(self.bodies) - 1)
         along = self.anchors_m[after] - self.anchors_m[after - 1]
         return np.asarray(along / np.linalg.norm(along))
@@ -53,11 +53,11 @@ class Anatomy:
     routes: dict[int, tuple[int, ...]]
 
     def to_local(self, body: int, point: Array) -> Array:
-        """A point of the world in the frame of a body."""
+        """Return a point of the world in the frame of a body."""
         return np.asarray((point - self.data.xpos[body]) @ self.data.xmat[body].reshape(3, 3))
 
     def half_width_m(self, body: int) -> float:
-        """Half the width of a body: the middle one of its largest geom's three half sizes."""
+        """Return half the width of a body: the middle one of the three half sizes of its largest geom."""
         sizes = [
             np.sort(self.model.geom_aabb[g][3:]) for g in range(self.model.ngeom) if self.model.geom_bodyid[g] == body
         ]
@@ -67,7 +67,7 @@ class Anatomy:
 
 
 def read_anatomy(spec: mujoco.MjSpec) -> Anatomy:
-    """Return limbs of at least three joints, longest first, and tendon routes."""
+    """Return the limbs with at least three joints, longest first, and the routes of tendons."""
     model = spec.copy().compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)

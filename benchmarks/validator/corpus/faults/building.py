@@ -1,4 +1,4 @@
-"""Cables and motors that do not exist."""
+"""Faults of robots that cannot be built: impossible cables, motors, densities and walls."""
 
 # ruff: noqa: ARG001 - every change takes a generator and a size, whether it needs them or not
 from __future__ import annotations
@@ -12,7 +12,7 @@ from lxml import etree
 
 
 def fewer_guides(mjcf: str, rng: np.random.Generator, size: float) -> tuple[str, str]:
-    """Of every driven tendon only each `size`-th guide is left, and the last."""
+    """Remove the guides of every tendon, except each `size`-th one and the last."""
     anatomy = read_anatomy(mujoco.MjSpec.from_string(mjcf))
     if not anatomy.routes:
         raise UnsuitableError("no tendon over sites alone")
@@ -28,7 +28,7 @@ def fewer_guides(mjcf: str, rng: np.random.Generator, size: float) -> tuple[str,
 
 
 def pushing(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Motors may push with `size` x 0.1 of the force with which they pull."""
+    """Let motors push with `size` x 0.1 of the force with which they pull."""
     changed = 0
     for actuator in pull_actuators(spec):
         low, high = actuator.ctrlrange
@@ -42,7 +42,7 @@ def pushing(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
 
 
 def stronger(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Forces, stiffness and damping times `size`: the robot moves as before, by far larger forces."""
+    """Multiply forces, stiffness and damping by `size`: the robot moves as before, but with other forces."""
     for actuator in pull_actuators(spec):
         actuator.gainprm, actuator.biasprm = np.array(actuator.gainprm) * size, np.array(actuator.biasprm) * size
         actuator.forcerange = np.array(actuator.forcerange) * size
@@ -52,7 +52,7 @@ def stronger(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
 
 
 def longer_levers(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """The whole robot `size` times as large, of the same matter under the same strain."""
+    """Make the whole robot `size` times as large, of the same material under the same strain."""
     if any(int(joint.type) == 0 for joint in spec.joints):
         raise UnsuitableError("a free robot")
     for body in spec.bodies:
@@ -74,7 +74,7 @@ def longer_levers(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) ->
 
 
 def odd_density(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """One body has a density of 23,000 kg/m3 x `size`, or of 5 kg/m3 / `size`."""
+    """Give one body a density of 23,000 kg/m3 x `size`, or of 5 kg/m3 / `size`."""
     anatomy = read_anatomy(spec)
     model = anatomy.model
     names = [model.body(b).name for limb in anatomy.limbs for b in limb.bodies]
@@ -89,10 +89,10 @@ def odd_density(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> s
 
 
 def loose(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Servos may pay out so much that their cables hang loose with about `size` x 0.3 of the commands."""
+    """Let servos pay out so much cable that it is slack for about `size` x 0.3 of the command range, at most 97 %."""
     anatomy, share, changed = read_anatomy(spec), min(0.3 * size, 0.97), 0
     for actuator in pull_actuators(spec):
-        # about what a limb bent the other way takes up
+        # about the length that the cable has if the limb is bent the other way
         rest_m = float(anatomy.data.ten_length[anatomy.model.tendon(actuator.target).id])
         low, taut_m = float(actuator.ctrlrange[0]), 1.08 * rest_m
         if np.array(actuator.biasprm)[1] and low < taut_m:
@@ -104,7 +104,7 @@ def loose(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
 
 
 def thin_web(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """A plate of 0.8 mm / `size` inside one body, which others can touch."""
+    """Add a plate with a thickness of 0.8 mm / `size` to one body; other bodies can touch it."""
     anatomy = read_anatomy(spec)
     bodies = [b for limb in anatomy.limbs for b in limb.bodies]
     named = [b for b in bodies if anatomy.model.body(b).name and anatomy.model.body_geomnum[b]]
@@ -163,4 +163,4 @@ BUILDING: tuple[Injection, ...] = (
         {"realizable": True},
     ),
 )
-"""Faults of robots that could be simulated and not built."""
+"""Faults of robots that can be simulated but not built."""

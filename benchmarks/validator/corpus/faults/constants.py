@@ -1,4 +1,4 @@
-"""Constants out of the ordinary."""
+"""Faults in constants: units, gravity, friction, keyframes, damping and filters."""
 
 # ruff: noqa: ARG001 - every change takes a generator and a size, whether it needs them or not
 from __future__ import annotations
@@ -14,7 +14,7 @@ _LENGTHS = re.compile(r'\b(pos|size|fromto)="([^"]*)"')
 
 
 def millimetres(mjcf: str, rng: np.random.Generator, size: float) -> tuple[str, str]:
-    """All positions and sizes are `size` times as large."""
+    """Multiply all positions and sizes by `size`."""
     if "<hfield" in mjcf or "<mesh" in mjcf or "<plugin" in mjcf:
         raise UnsuitableError("shapes with lengths of their own")
     text = mujoco.MjSpec.from_string(mjcf)
@@ -27,7 +27,7 @@ def millimetres(mjcf: str, rng: np.random.Generator, size: float) -> tuple[str, 
 
 
 def grams(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Masses and inertias are `size` times as large."""
+    """Multiply masses and inertias by `size`."""
     for body in spec.bodies:
         if body.explicitinertial:
             body.mass, body.inertia = body.mass * size, np.array(body.inertia) * size
@@ -37,7 +37,7 @@ def grams(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
 
 
 def heavy_world(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Gravity is `size` times as strong."""
+    """Multiply gravity by `size`."""
     if not np.array(spec.option.gravity).any():
         raise UnsuitableError("weightless")
     spec.option.gravity = np.array(spec.option.gravity) * size
@@ -45,7 +45,7 @@ def heavy_world(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> s
 
 
 def keyframe_in_degrees(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """A keyframe in degrees."""
+    """Add a keyframe in degrees."""
     model = spec.copy().compile()
     if model.nq != model.nv:
         raise UnsuitableError("balls or a free joint")
@@ -56,7 +56,7 @@ def keyframe_in_degrees(spec: mujoco.MjSpec, rng: np.random.Generator, size: flo
 
 
 def on_ice(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Nothing of a free robot nor its floor has friction."""
+    """Give all geoms and contact pairs of a free robot and its floor a friction of 0.05 / `size`."""
     if not any(int(joint.type) == 0 for joint in spec.joints):
         raise UnsuitableError("a fixed robot")
     for geom in spec.geoms:
@@ -67,14 +67,14 @@ def on_ice(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
 
 
 def honey(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Damping of every joint is `size` seconds times its stiffness."""
+    """Set the damping of every joint to `size` seconds times its stiffness."""
     for joint in inner_joints(spec):
         joint.damping = size * np.array(joint.stiffness)
     return f"damping {size:.3g} s times the stiffness"
 
 
 def lazy_motors(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Every actuator has a filter of `size` seconds."""
+    """Give every tendon actuator a filter with a time constant of `size` seconds."""
     for actuator in pull_actuators(spec):
         actuator.dyntype = mujoco.mjtDyn.mjDYN_FILTER
         actuator.dynprm[0] = size
@@ -90,4 +90,4 @@ CONSTANTS: tuple[Injection, ...] = (
     Injection("overdamped", of_spec(honey), {"bad": (40, 400)}),
     Injection("filter_slow", of_spec(lazy_motors), {"bad": (40, 400)}),
 )
-"""Faults of numbers that are no robot's."""
+"""Faults in which numbers are not those of a real robot."""

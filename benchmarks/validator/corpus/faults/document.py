@@ -1,4 +1,4 @@
-"""MJCF that does not load: what language models and tired people get wrong, one mistake at a time."""
+"""MJCF that does not load: frequent mistakes of language models and people, one at a time."""
 
 # ruff: noqa: ARG001 - every change takes a generator and a size, whether it needs them or not
 from __future__ import annotations
@@ -12,7 +12,7 @@ from benchmarks.validator.corpus.faults.parts import Tree
 from lxml import etree
 
 Mistake = Callable[[Tree, np.random.Generator], str]
-"""Changes a tree and says what it did."""
+"""Changes an XML tree and returns a description of the change."""
 
 
 def _of_tree(mistake: Mistake) -> TextChange:
@@ -51,7 +51,7 @@ def _two(root: Tree, rng: np.random.Generator, path: str) -> tuple[Tree, Tree]:
 
 
 def _set(path: str, having: str = "", **values: str) -> TextChange:
-    """One element gets some attributes."""
+    """Return the change that sets attributes of one random element; a trailing "_" of a name is dropped."""
 
     def mistake(root: Tree, rng: np.random.Generator) -> str:
         element = _one(root, rng, path, having=having)
@@ -82,7 +82,7 @@ def _rename_element(path: str, new: str) -> TextChange:
 
 
 def _add(path: str, xml: str) -> TextChange:
-    """Something is added inside one element."""
+    """Return the change that adds XML inside one random element; `path` "." is the root."""
 
     def mistake(root: Tree, rng: np.random.Generator) -> str:
         holder = root if path == "." else _one(root, rng, path)
@@ -96,7 +96,7 @@ def _add(path: str, xml: str) -> TextChange:
 def _same_name(path: str) -> TextChange:
     def mistake(root: Tree, rng: np.random.Generator) -> str:
         first, second = _two(root, rng, path)
-        for user in root.iter():  # nothing else becomes wrong by the change
+        for user in root.iter():  # keep all references valid, so that nothing else becomes wrong
             for attribute in ("site", "joint", "body1", "body2", "tendon", "objname", "actuator"):
                 if user.get(attribute) == second.get("name"):
                     user.set(attribute, first.get("name", ""))
@@ -107,7 +107,7 @@ def _same_name(path: str) -> TextChange:
 
 
 def _off_by_one(path: str, attribute: str) -> TextChange:
-    """A name in a series one beyond its end."""
+    """Return the change that makes a reference undefined: 500 is added to its last number, or "_1" is appended."""
 
     def mistake(root: Tree, rng: np.random.Generator) -> str:
         element = _one(root, rng, path, having=attribute)
@@ -366,4 +366,4 @@ _MISTAKES: dict[str, tuple[TextChange, ...]] = {
 DOCUMENT: tuple[Injection, ...] = tuple(
     Injection(code, change, present()) for code, changes in _MISTAKES.items() for change in changes
 )
-"""Every mistake, one injection each."""
+"""One injection for each mistake."""

@@ -1,4 +1,4 @@
-"""Obstacles, weakness and stiffness that keep a robot still."""
+"""Faults that keep a robot from moving: obstacles, weakness and stiffness."""
 
 # ruff: noqa: ARG001 - every change takes a generator and a size, whether it needs them or not
 from __future__ import annotations
@@ -17,7 +17,7 @@ from benchmarks.validator.corpus.faults.injection import Injection, UnsuitableEr
 
 
 def collars(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Ribs along every second segment that nearly meet those of the next but one; their gap is 0.02 / `size`."""
+    """Add ribs along every second segment that nearly meet each other; their gap is 0.04 / `size` segment lengths."""
     anatomy = read_anatomy(spec)
     for limb in anatomy.limbs:
         if len(limb.bodies) < 5:
@@ -33,7 +33,7 @@ def collars(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
 
 
 def _add_ribs(spec: mujoco.MjSpec, anatomy: Anatomy, body: int, middle: Array, half: Array, wide: float) -> None:
-    """Four boxes around the middle of a body, from half before to half behind it."""
+    """Add four boxes to a body, around a line that reaches from `half` before to `half` behind `middle`."""
     found = spec.body(anatomy.model.body(body).name)
     if found is None or not found.name:
         raise UnsuitableError("bodies without names")
@@ -51,9 +51,9 @@ def _add_ribs(spec: mujoco.MjSpec, anatomy: Anatomy, body: int, middle: Array, h
 
 
 def short_servos(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Position servos that pull only and can be let out to `1 + 0.02 (1 / size - 1)` of the tendon's rest length.
+    """Use position servos that only pull and pay out at most `1 + 0.02 (1 / size - 1)` of the tendon's rest length.
 
-    Weak ones: tendons that pull against each other harder than the joints are stiff make the limb buckle instead.
+    The servos are weak: antagonists that are strong for the stiffness of the joints make the limb buckle instead.
     """
     anatomy = read_anatomy(spec)
     upper = 1 + 0.02 * (1 / size - 1)
@@ -76,7 +76,7 @@ def short_servos(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> 
 
 
 def taut_limits(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """No driven tendon may become shorter than it is by more than 0.02 / `size` of its length."""
+    """Limit every driven tendon, so that it can shorten by at most 0.02 / `size` of its length."""
     anatomy = read_anatomy(spec)
     for actuator in pull_actuators(spec):
         index = anatomy.model.tendon(actuator.target).id
@@ -90,7 +90,7 @@ def taut_limits(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> s
 
 
 def weaker(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Forces of all actuators are divided by `size`."""
+    """Divide the forces of all actuators by `size`."""
     for actuator in spec.actuators:
         actuator.gainprm, actuator.biasprm = np.array(actuator.gainprm) / size, np.array(actuator.biasprm) / size
         actuator.forcerange = np.array(actuator.forcerange) / size
@@ -98,14 +98,14 @@ def weaker(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
 
 
 def stiffer(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Stiffness and damping of joints times `size`."""
+    """Multiply the stiffness and damping of joints by `size`."""
     for joint in inner_joints(spec):
         joint.stiffness, joint.damping = np.array(joint.stiffness) * size, np.array(joint.damping) * size
     return f"joints {size:.3g} times stiffer"
 
 
 def heavy_tip(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """The last segment of every limb is `size` x 100 times as heavy."""
+    """Add `size` x 100 times its own mass to the last segment of every limb."""
     anatomy = read_anatomy(spec)
     tips = {limb.bodies[-1] for limb in anatomy.limbs}
     names = {anatomy.model.body(tip).name for tip in tips}
@@ -128,21 +128,21 @@ def heavy_tip(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str
 
 
 def sluggish(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Rotor inertia of every joint is `size` s2 times its stiffness: it would swing with that root as its time."""
+    """Set the rotor inertia of every joint to `size` s2 times its stiffness: 1 / omega of a swing is sqrt(`size`)."""
     for joint in inner_joints(spec):
         joint.armature = size * float(joint.stiffness[0])
     return f"armature {size:.3g} s2 times the stiffness"
 
 
 def tied_tip(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """The end of every limb is welded to the world."""
+    """Weld every second segment of every limb to the world."""
     anatomy = read_anatomy(spec)
     if anatomy.model.nq != anatomy.model.nv or any(int(kind) == 0 for kind in anatomy.model.jnt_type):
         raise UnsuitableError("a free robot or ball joints")
     for limb in anatomy.limbs:
         for index in range(0, len(limb.bodies), 2):
             name = anatomy.model.body(limb.bodies[index]).name
-            # MuJoCo's default keeps the relative pose of the drawing
+            # by default MuJoCo keeps the relative pose of the document
             spec.add_equality(
                 type=mujoco.mjtEq.mjEQ_WELD,
                 objtype=mujoco.mjtObj.mjOBJ_BODY,
@@ -154,7 +154,7 @@ def tied_tip(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
 
 
 def still_sensors(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """All sensors look at what does not move."""
+    """Replace all sensors by sensors of the base, which does not move."""
     if any(int(joint.type) == 0 for joint in spec.joints):
         raise UnsuitableError("everything moves")
     for sensor in list(spec.sensors):

@@ -1,4 +1,4 @@
-"""What a change is that makes a good robot bad in one way."""
+"""Definition of a change that makes a good robot bad in one way."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ import numpy as np
 from benchmarks.validator.corpus.specimen import Grade
 
 TextChange = Callable[[str, np.random.Generator, float], tuple[str, str]]
-"""(MJCF, generator, size) -> (changed MJCF, what was done in words)."""
+"""(MJCF, generator, size) -> (changed MJCF, the change in words)."""
 SpecChange = Callable[[mujoco.MjSpec, np.random.Generator, float], str]
-"""The same on a specification, in place."""
+"""(specification, generator, size) -> the change in words; changes the specification in place."""
 Sizes = Mapping[Grade, tuple[float, float]]
 
 
 class UnsuitableError(Exception):
-    """The robot has nothing that this change could be made to."""
+    """The robot lacks the parts that this change needs."""
 
 
 @dataclass(frozen=True)
@@ -27,10 +27,10 @@ class Injection:
     """One way to make a good robot bad.
 
     Attributes:
-        code: The fault that should be found.
-        change: What is done to the robot.
-        sizes: Between which sizes the change is drawn for each grade; how bad it came out is measured afterwards.
-        arguments: How the changed robot is to be validated.
+        code: Code of the fault that should be found.
+        change: Function that changes the robot.
+        sizes: Range of sizes for each grade. The severity that results is measured afterwards.
+        arguments: Arguments for the validation of the changed robot.
     """
 
     code: str
@@ -45,7 +45,7 @@ class Injection:
 
 
 def present() -> Sizes:
-    """Sizes of a fault that is there or not."""
+    """Return the sizes of a fault that is either present or not."""
     return {"bad": (1.0, 1.0)}
 
 
@@ -55,7 +55,7 @@ def of_spec(change: SpecChange) -> TextChange:
     def changed(mjcf: str, rng: np.random.Generator, size: float) -> tuple[str, str]:
         spec = mujoco.MjSpec.from_string(mjcf)
         words = change(spec, rng, size)
-        # MjSpec writes documents only of what it has compiled
+        # MjSpec writes a document only after it has compiled it
         spec.compile()
         return spec.to_xml(), words
 

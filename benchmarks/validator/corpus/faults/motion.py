@@ -22,14 +22,14 @@ def _scale(joints: list[mujoco.MjsJoint], stiffness: float, damping: float) -> N
 
 
 def contact_disabled(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """No geom of a free robot can touch, by its bits or by a flag."""
+    """Switch off all contacts of a free robot, by the bits of its geoms or by an option."""
     if not any(int(joint.type) == _FREE for joint in spec.joints):
         raise UnsuitableError("a fixed robot")
     return _untouchable(spec, rng)
 
 
 def nothing_to_touch_with(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """The same of a fixed robot whose task needs touch."""
+    """Switch off all contacts of a fixed robot whose task needs contact."""
     if any(int(joint.type) == _FREE for joint in spec.joints):
         raise UnsuitableError("a free robot")
     return _untouchable(spec, rng)
@@ -46,7 +46,7 @@ def _untouchable(spec: mujoco.MjSpec, rng: np.random.Generator) -> str:
 
 
 def free_fall(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """The base of a fixed robot slides down without end."""
+    """Let the base of a fixed robot slide down without end."""
     if any(int(joint.type) == _FREE for joint in spec.joints):
         raise UnsuitableError("a free robot")
     root = spec.worldbody.bodies[0] if len(spec.worldbody.bodies) == 1 else None
@@ -60,7 +60,7 @@ def free_fall(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str
 
 
 def floor_below(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """A free robot begins `size` x 0.3 of its length above its floor."""
+    """Let a free robot start `size` x 0.3 of its length above its floor."""
     if not any(int(joint.type) == _FREE for joint in spec.joints):
         raise UnsuitableError("a fixed robot")
     anatomy = read_anatomy(spec)
@@ -81,13 +81,13 @@ def floor_below(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> s
 
 
 def softer(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Joint stiffness and damping are divided by `size`."""
+    """Divide the stiffness and damping of joints by `size`."""
     _scale(inner_joints(spec), 1 / size, 1 / size)
     return f"joints {size:.3g} times softer"
 
 
 def sprung(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Springs of hinges rest when the longest limb is bent by `size` rad."""
+    """Let the springs of hinges rest in a pose in which the longest limb is bent by `size` rad."""
     joints = [joint for joint in inner_joints(spec) if int(joint.type) != _BALL]
     limbs = read_anatomy(spec).limbs
     if not joints or not limbs or int(inner_joints(spec)[0].type) == _BALL:
@@ -104,7 +104,7 @@ def sprung(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
 
 
 def taut(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """One tendon is a spring that pulls at rest as if it bent its limb by about `size` rad."""
+    """Make one tendon a spring that pulls at rest with the force that bends its limb by about `size` rad."""
     anatomy = read_anatomy(spec)
     tendon = pull_actuators(spec)[0].target
     index = anatomy.model.tendon(tendon).id
@@ -128,7 +128,7 @@ def taut(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
 
 
 def negative_damping(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Damping of some joints has the wrong sign."""
+    """Change the sign of the damping of some joints, and multiply it by `size`."""
     joints = inner_joints(spec)
     chosen = joints if rng.random() < 0.5 else joints[:: int(rng.integers(2, 4))]
     for joint in chosen:
@@ -137,7 +137,7 @@ def negative_damping(spec: mujoco.MjSpec, rng: np.random.Generator, size: float)
 
 
 def undamped(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Damping of joints and tendons is divided by `size`, friction removed."""
+    """Divide the damping of joints and tendons by `size`, and remove the friction of tendons."""
     _scale(inner_joints(spec), 1, 1 / size)
     for tendon in spec.tendons:
         tendon.damping = np.array(tendon.damping) / size
@@ -149,21 +149,21 @@ def undamped(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
 
 
 def stiff_and_undamped(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Stiffness times `size` squared, no damping: dt x omega grows by `size`."""
+    """Multiply joint stiffness by `size` squared and remove damping: dt x omega grows by the factor `size`."""
     for joint in inner_joints(spec):
         joint.stiffness, joint.damping = np.array(joint.stiffness) * size**2, np.zeros(3)
     return f"joints {size**2:.3g} times stiffer and without damping"
 
 
 def explicit_damping(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Runge-Kutta, which treats damping explicitly, with damping times `size`."""
+    """Integrate with Runge-Kutta, which treats damping explicitly, and multiply joint damping by `size`."""
     spec.option.integrator = int(mujoco.mjtIntegrator.mjINT_RK4)
     _scale(inner_joints(spec), 1, size)
     return f"RK4 with {size:.3g} times the damping"
 
 
 def wild_force(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Actuator forces times `size`."""
+    """Multiply actuator forces by `size`, and divide joint damping by the square root of `size`."""
     for actuator in pull_actuators(spec):
         actuator.gainprm, actuator.biasprm = np.array(actuator.gainprm) * size, np.array(actuator.biasprm) * size
         actuator.forcerange = np.array(actuator.forcerange) * size
@@ -172,7 +172,7 @@ def wild_force(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> st
 
 
 def hammering(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Servos with `size` times the velocity gain that the explicit integrator can follow, held between force limits.
+    """Use servos with force limits and `size` times the velocity gain that the explicit integrator can follow.
 
     Source: v' = -c w v is stable under explicit steps dt below 2 / (c w); w = J (M + dt D)^-1 J' is the inverse inertia
     that a tendon with moment arms J feels, D the joint damping, which MuJoCo's Euler integrator treats implicitly.
@@ -198,7 +198,7 @@ def hammering(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str
 
 
 def _inverse_inertia(anatomy: Anatomy, tendon: int) -> float:
-    """J (M + dt D)^-1 J' of a tendon in the drawn pose [1/kg]."""
+    """Return J (M + dt D)^-1 J' of a tendon in the drawn pose [1/kg]."""
     model, data = anatomy.model, anatomy.data
     levers, inertia = np.zeros(model.nv), np.zeros((model.nv, model.nv))
     first, count = int(model.ten_J_rowadr[tendon]), int(model.ten_J_rownnz[tendon])
@@ -209,7 +209,7 @@ def _inverse_inertia(anatomy: Anatomy, tendon: int) -> float:
 
 
 def soft_limits(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Joints are held to 5 degrees by limits that give way, and pulled `size` times as hard."""
+    """Limit joints to 5 degrees by soft limits, and multiply actuator forces by `size`."""
     hinges = [joint for joint in inner_joints(spec) if int(joint.type) != _BALL]
     if not hinges:
         raise UnsuitableError("no hinges")
@@ -240,4 +240,4 @@ MOTION: tuple[Injection, ...] = (
     Injection("chatter", of_spec(hammering), {"bad": (4, 40), "near miss": (0.01, 0.2), "band": (0.5, 3)}),
     Injection("limit_overrun", of_spec(soft_limits), {"bad": (5, 80), "near miss": (0.5, 1.5), "band": (1.5, 6)}),
 )
-"""Faults of robots that nobody drives, or that cannot be driven."""
+"""Faults of motion: some show while the robot is passive, others when it is driven."""

@@ -1,4 +1,4 @@
-"""Missing or wrong parts, ranges and gaps."""
+"""Faults of structure: missing or wrong parts, wrong ranges, gaps."""
 
 # ruff: noqa: ARG001 - every change takes a generator and a size, whether it needs them or not
 from __future__ import annotations
@@ -17,7 +17,7 @@ _BALL, _HINGE = int(mujoco.mjtJoint.mjJNT_BALL), int(mujoco.mjtJoint.mjJNT_HINGE
 
 
 def tree_of(mjcf: str) -> Tree:
-    """Return the document as a tree."""
+    """Return a document as an XML tree without comments."""
     return etree.fromstring(mjcf.encode(), etree.XMLParser(remove_comments=True))
 
 
@@ -26,7 +26,7 @@ def _text(root: Tree) -> str:
 
 
 def remove_dangling(root: Tree, attribute: str, names: set[str]) -> None:
-    """Remove actuators and sensors that refer to something that is no longer there."""
+    """Remove actuators and sensors whose `attribute` is a removed name, and the sensors of these actuators."""
     gone = set()
     for section in ("actuator", "sensor"):
         for element in root.findall(f"{section}/*"):
@@ -36,7 +36,7 @@ def remove_dangling(root: Tree, attribute: str, names: set[str]) -> None:
 
 
 def _joint_motors(root: Tree, mjcf: str, count: int) -> None:
-    """Turn some hinges by motors of their own."""
+    """Add motors and position sensors to the first hinges."""
     model = mujoco.MjModel.from_xml_string(mjcf)
     hinges = [model.joint(j).name for j in range(model.njnt) if int(model.jnt_type[j]) == _HINGE]
     if len(hinges) <= count + 1 or not all(hinges):
@@ -51,14 +51,14 @@ def _joint_motors(root: Tree, mjcf: str, count: int) -> None:
 
 
 def _plain(mjcf: str) -> Tree:
-    """The document as MuJoCo writes it: defaults of types spelled out, one section each."""
+    """Return the document as MuJoCo writes it: defaults are expanded, and each section occurs once."""
     spec = mujoco.MjSpec.from_string(mjcf)
     spec.compile()
     return tree_of(spec.to_xml())
 
 
 def no_tendons(mjcf: str, rng: np.random.Generator, size: float) -> tuple[str, str]:
-    """Motors at joints instead of tendons."""
+    """Replace tendons by motors at joints."""
     root = _plain(mjcf)
     section = root.find("tendon")
     remove_dangling(root, "tendon", {tendon.get("name", "") for tendon in section})
@@ -68,7 +68,7 @@ def no_tendons(mjcf: str, rng: np.random.Generator, size: float) -> tuple[str, s
 
 
 def no_actuators(mjcf: str, rng: np.random.Generator, size: float) -> tuple[str, str]:
-    """No actuator at all."""
+    """Remove all actuators."""
     root = _plain(mjcf)
     names = {actuator.get("name", "") for actuator in root.find("actuator")}
     remove_dangling(root, "actuator", names)
@@ -77,14 +77,14 @@ def no_actuators(mjcf: str, rng: np.random.Generator, size: float) -> tuple[str,
 
 
 def no_sensors(mjcf: str, rng: np.random.Generator, size: float) -> tuple[str, str]:
-    """No sensor at all."""
+    """Remove all sensors."""
     root = _plain(mjcf)
     root.remove(root.find("sensor"))
     return _text(root), "sensors removed"
 
 
 def tendons_not_actuated(mjcf: str, rng: np.random.Generator, size: float) -> tuple[str, str]:
-    """The tendons stay, the actuators turn joints."""
+    """Keep the tendons, but let actuators drive joints instead."""
     root = _plain(mjcf)
     remove_dangling(root, "tendon", {tendon.get("name", "") for tendon in root.find("tendon")})
     _joint_motors(root, mjcf, int(rng.integers(2, 5)))
@@ -92,7 +92,7 @@ def tendons_not_actuated(mjcf: str, rng: np.random.Generator, size: float) -> tu
 
 
 def no_soft_chain(mjcf: str, rng: np.random.Generator, size: float) -> tuple[str, str]:
-    """Only the first joints of every limb stay; `size` is 3 / how many."""
+    """Keep the joints of the first 3 / `size` bodies of every limb, and remove the others."""
     keep = round(3 / size)
     spec = mujoco.MjSpec.from_string(mjcf)
     anatomy = read_anatomy(spec)
@@ -112,7 +112,7 @@ def no_soft_chain(mjcf: str, rng: np.random.Generator, size: float) -> tuple[str
 
 
 def disconnected(mjcf: str, rng: np.random.Generator, size: float) -> tuple[str, str]:
-    """A body is closed too early: the rest of a limb hangs from the world."""
+    """Attach the outer part of a limb to the world, as if a body was closed too early."""
     spec = mujoco.MjSpec.from_string(mjcf)
     anatomy = read_anatomy(spec)
     limb = first_of(anatomy.limbs)
@@ -133,7 +133,7 @@ def disconnected(mjcf: str, rng: np.random.Generator, size: float) -> tuple[str,
 
 
 def segments_gap(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """A segment is moved away from the one before it by `size` / 2 segment lengths."""
+    """Move a segment away from the one before it by `size` / 2 segment lengths."""
     anatomy = read_anatomy(spec)
     limb = first_of(anatomy.limbs)
     index = int(rng.integers(1, len(limb.bodies)))
@@ -148,7 +148,7 @@ def segments_gap(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> 
 
 
 def fully_actuated(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """A motor for a share `size` of the degrees of freedom, one each."""
+    """Add a motor for each degree of freedom of a share `size` of the joints."""
     joints = inner_joints(spec)
     added = 0
     for index, joint in enumerate(joints):
@@ -171,7 +171,7 @@ def fully_actuated(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -
 
 
 def ctrlrange_missing(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Control ranges of some or all actuators are left out, or written high to low."""
+    """Leave out the control ranges of one or all actuators, or write them from high to low."""
     actuators = list(spec.actuators)
     chosen = actuators if rng.random() < 0.5 else actuators[:1]
     inverted = bool(rng.random() < 0.5)
@@ -183,7 +183,7 @@ def ctrlrange_missing(spec: mujoco.MjSpec, rng: np.random.Generator, size: float
 
 
 def range_inverted_ignored(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Joint ranges written high to low."""
+    """Write the ranges of some or all joints from high to low."""
     limited = [j for j in inner_joints(spec) if int(j.type) != _BALL and j.range[0] < j.range[1]]
     if not limited:
         raise UnsuitableError("no limited hinge")
@@ -195,7 +195,7 @@ def range_inverted_ignored(spec: mujoco.MjSpec, rng: np.random.Generator, size: 
 
 
 def joint_range_too_small(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """All limits of a limb together allow 30 degrees / `size`."""
+    """Limit joints, so that a limb can bend by 30 degrees / `size` in all."""
     limb = first_of(read_anatomy(spec).limbs)
     joints = inner_joints(spec)
     per_body = max(1, round(len(joints) / max(1, len({j.parent.name for j in joints}))))

@@ -1,4 +1,4 @@
-"""Cables that pull where they should not, and hinges that are one."""
+"""Faults of cable routes and of hinge axes."""
 
 # ruff: noqa: ARG001 - every change takes a generator and a size, whether it needs them or not
 from __future__ import annotations
@@ -12,7 +12,7 @@ _HINGE = int(mujoco.mjtJoint.mjJNT_HINGE)
 
 
 def doubled(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """One cable runs `size` x 1 % of its distance beside another of the same length."""
+    """Move one cable next to another over the same bodies, to `size` x 1 % of their distance."""
     anatomy, (one, other) = _neighbours(spec, rng)
     for site, model_site in zip(anatomy.routes[one], anatomy.routes[other], strict=True):
         apart = anatomy.data.site_xpos[site] - anatomy.data.site_xpos[model_site]
@@ -21,7 +21,7 @@ def doubled(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
 
 
 def _neighbours(spec: mujoco.MjSpec, rng: np.random.Generator) -> tuple[Anatomy, tuple[int, int]]:
-    """Two cables over the same bodies."""
+    """Return the anatomy and two random cables that run over the same bodies."""
     anatomy = read_anatomy(spec)
     over = {
         tendon: tuple(anatomy.model.site_bodyid[list(route)].tolist()) for tendon, route in _driven(anatomy).items()
@@ -33,7 +33,7 @@ def _neighbours(spec: mujoco.MjSpec, rng: np.random.Generator) -> tuple[Anatomy,
 
 
 def cut_short(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Every cable ends after 1 / `size` of its sites."""
+    """Let every cable act only up to 1 / `size` of its sites: the others are moved onto the axis of the limb."""
     anatomy = read_anatomy(spec)
     routes = _driven(anatomy)
     if any(len(route) < 6 for route in routes.values()) or len(anatomy.limbs[0].bodies) < 6:
@@ -48,7 +48,7 @@ def cut_short(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str
 
 
 def zigzag(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """One cable changes the side of its limb in every second segment."""
+    """Let one cable change the side of its limb after every second site."""
     anatomy, tendon = _long_cable(spec, rng)
     for index, site in enumerate(anatomy.routes[tendon]):
         if index // 2 % 2:
@@ -57,7 +57,7 @@ def zigzag(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
 
 
 def one_mirrored(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """One site of a cable is on the other side of its limb."""
+    """Move one site of a cable to the other side of its limb."""
     anatomy, tendon = _long_cable(spec, rng)
     route = anatomy.routes[tendon]
     at = int(rng.integers(2, len(route) - 2))
@@ -66,7 +66,7 @@ def one_mirrored(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> 
 
 
 def same_axes(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """The second of two hinges turns about the axis of the first, in one body or in all."""
+    """Give the second of two hinges the axis of the first, in one body or in all."""
     pairs = []
     for body in spec.bodies:
         hinges = [joint for joint in body.joints if int(joint.type) == _HINGE]
@@ -103,7 +103,7 @@ def _mirror(spec: mujoco.MjSpec, anatomy: Anatomy, site: int) -> None:
 
 
 def _onto_limb(anatomy: Anatomy, site: int) -> Array:
-    """Nearest point to a site of the line along its limb."""
+    """Return the point on the line along a site's limb that is nearest to the site."""
     place, body = np.array(anatomy.data.site_xpos[site]), int(anatomy.model.site_bodyid[site])
     best: tuple[float, Array] | None = None
     for limb in anatomy.limbs:
@@ -135,4 +135,4 @@ ROUTES: tuple[Injection, ...] = (
     Injection("site_misplaced", of_spec(one_mirrored), present()),
     Injection("hinges_parallel", of_spec(same_axes), present()),
 )
-"""Faults of the way cables and axes run."""
+"""Faults of cable routes and hinge axes."""

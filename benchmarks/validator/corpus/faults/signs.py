@@ -12,7 +12,7 @@ _MUSCLE = int(mujoco.mjtGain.mjGAIN_MUSCLE)
 
 
 def flipped(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """The gear of one actuator on a tendon, among others, changes its sign: a motor pushes, a servo aims below 0."""
+    """Invert the gear of one of several tendon actuators: a motor then pushes, and a servo aims below 0."""
     actuators = pull_actuators(spec)
     chosen = actuators[int(rng.integers(len(actuators)))]
     if len(actuators) < 2 or int(chosen.gaintype) == _MUSCLE:
@@ -22,7 +22,7 @@ def flipped(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
 
 
 def fed_back(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """The stiffness of one or all servos on tendons changes its sign, so that they run away."""
+    """Invert the stiffness of one or all servos on tendons, so that they run away."""
     servos = [actuator for actuator in pull_actuators(spec) if actuator.biasprm[1] < 0]
     if not servos:
         raise UnsuitableError("no servos on tendons")
@@ -38,4 +38,4 @@ SIGNS: tuple[Injection, ...] = (
     Injection("actuator_sign", of_spec(flipped), present()),
     Injection("actuator_sign", of_spec(fed_back), present()),
 )
-"""Faults of signs."""
+"""Faults of actuators with an inverted sign."""

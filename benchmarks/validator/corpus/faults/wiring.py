@@ -1,4 +1,4 @@
-"""Tendons and actuators that cannot have an effect, and what is wrong before anything moves."""
+"""Faults of tendons and actuators that cannot have an effect, and of the initial pose."""
 
 # ruff: noqa: ARG001 - every change takes a generator and a size, whether it needs them or not
 from __future__ import annotations
@@ -12,7 +12,7 @@ from lxml import etree
 
 
 def zero_gear(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Gear, or gain and bias, of one or all actuators is zero."""
+    """Set the gear, or gain and bias, of one or all actuators to zero."""
     actuators = pull_actuators(spec)
     chosen = actuators if rng.random() < 0.4 else [actuators[int(rng.integers(len(actuators)))]]
     by_gear = bool(rng.random() < 0.6)
@@ -25,7 +25,7 @@ def zero_gear(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str
 
 
 def tendon_one_body(mjcf: str, rng: np.random.Generator, size: float) -> tuple[str, str]:
-    """All sites of a driven tendon on one body."""
+    """Route a driven tendon over sites of one body only."""
     anatomy = read_anatomy(mujoco.MjSpec.from_string(mjcf))
     tendon = _some_route(anatomy, rng)
     site = anatomy.routes[tendon][int(rng.integers(len(anatomy.routes[tendon])))]
@@ -44,7 +44,7 @@ def tendon_one_body(mjcf: str, rng: np.random.Generator, size: float) -> tuple[s
 
 
 def tendon_no_moment(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """The sites of a driven tendon are brought to 1 / `size` of their distance from the backbone."""
+    """Move the sites of a driven tendon to 1 / `size` of their distance from the backbone."""
     anatomy = read_anatomy(spec)
     tendon = _some_route(anatomy, rng)
     for site in anatomy.routes[tendon]:
@@ -59,7 +59,7 @@ def tendon_no_moment(spec: mujoco.MjSpec, rng: np.random.Generator, size: float)
 
 
 def _backbone_foot(anatomy: Anatomy, body: int, point: Array) -> Array:
-    """Nearest point of the line along the limb that a body belongs to, or that starts at it."""
+    """Return the point nearest to `point` on the line along the limb that a body belongs to, or that is nearest."""
     nearest: tuple[float, Limb, int] | None = None
     for limb in anatomy.limbs:
         for index, anchor in enumerate(limb.anchors_m):
@@ -84,7 +84,7 @@ def _some_route(anatomy: Anatomy, rng: np.random.Generator) -> int:
 
 
 def bump(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """A ball on a segment overlaps the side of the segment two before it, by `size` x 0.2 of its width."""
+    """Add a ball to a segment that overlaps the segment two before it, by `size` x 0.2 of that segment's width."""
     anatomy = read_anatomy(spec)
     limb = first_of(anatomy.limbs)
     if len(limb.bodies) < 4:
@@ -105,7 +105,7 @@ def bump(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
 
 
 def sunk(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """A free robot begins inside its floor, `size` x 0.2 of its thinnest part deep."""
+    """Let a free robot start inside its floor, by `size` x 0.2 of the thickness of its thinnest part."""
     anatomy = read_anatomy(spec)
     model = anatomy.model
     floors = [geom for geom in spec.worldbody.geoms if int(geom.type) == int(mujoco.mjtGeom.mjGEOM_PLANE)]
@@ -118,7 +118,7 @@ def sunk(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
 
 
 def tendon_limit_violated(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """A tendon's range ends `size` x 2 % short of its length, or begins as much beyond it."""
+    """Let the range of a tendon end `size` x 2 % below the tendon's length, or begin as much above it."""
     anatomy = read_anatomy(spec)
     tendon = _some_route(anatomy, rng)
     length = float(anatomy.data.ten_length[tendon])
@@ -144,4 +144,4 @@ WIRING: tuple[Injection, ...] = (
         {"bad": (2.1, 12), "near miss": (0.05, 0.48), "band": (0.6, 1.8)},
     ),
 )
-"""Faults of wiring and of the drawn pose."""
+"""Faults of tendons, actuators and the initial pose."""

@@ -1,6 +1,6 @@
-"""Writers of good robots. None of them shares conventions with another, as authors do not.
+"""Writers of good robots. Like independent authors, no two of them share conventions.
 
-hinges      hinge joints at the start of segments, degrees, motors: what language models write first
+hinges      hinge joints at the start of segments, degrees, motors: the usual first document of language models
 balls       ball joints, default classes, radians, position servos on tendon lengths
 tapered     planar limbs of boxes that shrink along their length, in grippers and tentacles
 discs       a thin backbone with routing discs, joints in the middle of segments, filtered winches, two sections
@@ -9,7 +9,7 @@ loops       closed rings
 hands       palms with fingers, tendons that wrap around joints or couple them (held out)
 frames      <frame>, quaternions, ellipsoids and normalised commands (held out)
 styles      one body in many dialects: sizes, integrators, actuators, joints, classes inside classes
-own         robots of this project's own built-in team
+own         robots of this project's built-in team
 """
 
 from __future__ import annotations
@@ -39,4 +39,4 @@ TUNING_WRITERS: dict[str, Writer] = {
     "own": write_own_robot,
 }
 HELD_OUT_WRITERS: dict[str, Writer] = TUNING_WRITERS | {"hands": write_hand, "frames": write_frame_robot}
-"""The held-out robots come from all writers with other seeds, and from two writers whose robots nobody looked at."""
+"""Writers of held-out robots: all tuning writers, with other seeds, and two writers whose robots nobody looked at."""

@@ -75,7 +75,7 @@ def write_ball_robot(rng: np.random.Generator) -> Written:
 def _mounting(
     heading: float, distance: float, *, octopus: bool, down: bool
 ) -> tuple[tuple[float, float, float, float], tuple[float, float, float]]:
-    """Quaternion and place of a limb's first frame; limbs grow along z."""
+    """Return the quaternion and the position of a limb's first frame; limbs grow along z."""
     if octopus:
         # tilted 60 deg from straight down, outwards
         tilt = math.pi - math.radians(60)
@@ -116,7 +116,7 @@ def _tendons(limb: Physique, prefix: str, tendons: int) -> str:
 
 
 def _actuators(limb: Physique, prefix: str, tendons: int, offset: float, *, servo: bool) -> str:
-    """Servos pull only, and can be let out further than the tendon ever is; motors pull with a negative gear."""
+    """Return servos that only pull and can pay out more than the tendon needs, or motors with a negative gear."""
     force = limb.force_n(offset)
     if not servo:
         return "".join(

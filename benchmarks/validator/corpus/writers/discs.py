@@ -8,7 +8,7 @@ from benchmarks.validator.corpus.writers.written import Written, around, number,
 
 
 def write_disc_robot(rng: np.random.Generator) -> Written:
-    """Write an arm of one or two sections, standing or as a trunk that hangs and tapers."""
+    """Write an arm of one or two sections, standing or hanging, some of them tapered like a trunk."""
     limb = draw_physique(
         rng, length_m=(0.2, 0.6), segments=(10, 16), sag=(0.3, 0.9), slenderness=(10, 14), bend_rad=(1.0, 1.8)
     )
@@ -33,11 +33,11 @@ class _Spine:
         self.radii = [limb.radius_m * (1 + (taper - 1) * i / (limb.segments - 1)) for i in range(limb.segments)]
 
     def last_disc(self, section: int) -> int:
-        """Index of the disc at which the cables of a section end."""
+        """Return the index of the disc at which the cables of a section end."""
         return (section + 1) * self.limb.segments // self.sections - 1
 
     def holes(self, section: int, radius: float) -> list[tuple[float, float]]:
-        """Cables of the second section run between those of the first."""
+        """Return the places of a section's cables; those of the second section are between those of the first."""
         return around(self.cables, 0.8 * radius, first_rad=section * np.pi / self.cables)
 
     def routes(self) -> list[tuple[str, list[str]]]:
@@ -58,7 +58,7 @@ class _Spine:
         )
 
     def vertebrae(self) -> str:
-        """The joint of each vertebra is half a pitch before its disc; the first is half a pitch from the flange."""
+        """Return the bodies. Each joint is half a pitch before its disc; the first is half a pitch from the flange."""
         limb, text = self.limb, ""
         pitch, total = limb.pitch_m, sum(radius**2 for radius in self.radii)
         for index in reversed(range(limb.segments)):
@@ -85,7 +85,7 @@ class _Spine:
     def winches(self) -> str:
         text = ""
         for section in range(self.sections):
-            # a cable that ends half way bends half the limb
+            # a cable that ends half way bends only half of the limb
             reach = (self.last_disc(section) + 1) / self.limb.segments
             force = self.limb.force_n(0.8 * self.limb.radius_m * (1 + self.taper) / 2) * (0.6 + 0.4 * reach)
             for cable in range(self.cables):

@@ -1,4 +1,4 @@
-"""A human engineer's style: <frame>, quaternions, ellipsoids, limbs out of line with the axes, commands from 0 to 1."""
+"""A human engineer's style: <frame>, quaternions, ellipsoids, limbs oblique to the axes, commands from 0 to 1."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from benchmarks.validator.corpus.writers.written import Written, around, number,
 
 
 def write_frame_robot(rng: np.random.Generator) -> Written:
-    """Write an arm held at a slant, a fish tail under weightlessness, or a pair of feelers."""
+    """Write a slanted arm, a fish tail without gravity, or a pair of feelers."""
     kind = str(rng.choice(["slanted arm", "tail", "feelers"]))
     segments = (5, 9) if kind == "feelers" else (7, 20)
     limb = draw_physique(

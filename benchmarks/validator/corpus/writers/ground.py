@@ -1,4 +1,4 @@
-"""Free bodies on the ground, most with a floor of their own: crawlers, worms, snakes and stars."""
+"""Free bodies on the ground, most with their own floor: crawlers, worms, snakes and stars."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ def _document(name: str, floor: str, robot: str, tendons: str, actuators: str, s
 
 
 def _legged(rng: np.random.Generator, size: float, floor: str, *, flat: bool) -> Written:
-    """Legs of hinges around a hub: flat on the ground as a star, or standing on bent legs as a crawler."""
+    """Write legs of hinges around a hub: a star flat on the ground, or a crawler that stands on bent legs."""
     legs = int(rng.choice([5, 6])) if flat else int(rng.choice([4, 6]))
     links, pitch, radius = int(rng.integers(4, 7)), 0.02 * size, 0.006 * size
     slope = 0.0 if flat else math.radians(rng.uniform(20, 40))
     mass = 0.008 * size**3
     total = legs * links * mass + 0.1 * size**3
     length = links * pitch
-    # each leg carries its share of the robot at its far end without bending by more than about a tenth of a radian
+    # each leg carries its share of the robot's weight at its far end and bends by at most about a tenth of a radian
     stiffness = 9.81 * total / legs * length * (12 if flat else 30) / links
     damping = 0.04 * math.sqrt(size) * stiffness
     pull = 1.6 * stiffness / (0.8 * radius * links) * (1.6 if flat else 0.5)
@@ -107,13 +107,13 @@ def _legged(rng: np.random.Generator, size: float, floor: str, *, flat: bool) ->
 
 
 def _leg_axes(yaw: float, slope: float) -> tuple[float, ...]:
-    """X out and down along the leg, y level."""
+    """Return the axes of a leg's frame: x outwards and down along the leg, y horizontal."""
     c, s = math.cos(yaw), math.sin(yaw)
     return (c * math.cos(slope), s * math.cos(slope), -math.sin(slope), -s, c, 0.0)
 
 
 def _worm(rng: np.random.Generator, size: float, floor: str) -> Written:
-    """Ball joints in a row; three cables over the front half and three over the rear."""
+    """Write a row of ball joints, with three cables along the front half and three along the rear half."""
     count, pitch, radius = int(rng.integers(6, 10)), 0.04 * size, 0.014 * size
     mass = 0.03 * size**3
     stiffness = 9.81 * mass * count * pitch * rng.uniform(1.5, 3)
@@ -153,7 +153,7 @@ def _worm(rng: np.random.Generator, size: float, floor: str) -> Written:
 
 
 def _snake(rng: np.random.Generator, size: float, floor: str) -> Written:
-    """Hinges that turn about the vertical; a cable on each side of each third of the body."""
+    """Write a row of hinges that turn about the vertical, with a cable on each side of each third of the body."""
     count, pitch, radius = int(rng.choice([9, 12])), 0.03 * size, 0.012 * size
     mass = 0.02 * size**3
     stiffness = 9.81 * mass * count * pitch * rng.uniform(0.8, 1.6)

@@ -1,4 +1,4 @@
-"""Hands: palms with fingers, tendons that wrap around the joints' pulleys or couple joints by a fixed ratio."""
+"""Hands with fingers on a palm. Tendons wrap around pulleys, couple joints by a fixed ratio, or run over sites."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Arms as language models write them first: hinges where segments start, degrees, one site a segment, motors."""
+"""Arms as language models usually write them: hinges at the start of segments, degrees, a site per segment, motors."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ class HingeArms:
     """Arms of one kind on a plate.
 
     Attributes:
-        pairs: Two hinges in each body; else one, turning about x and y by turns.
+        pairs: Whether each body has two hinges; otherwise it has one, alternately about x and y.
         shape: Type of the geoms.
-        motor: How a pull is commanded.
+        motor: Convention of the pull command.
         high: Whether sites are near the far end of each segment instead of in its middle.
     """
 
@@ -33,7 +33,7 @@ class HingeArms:
     timestep_s: float = 0.002
 
     def document(self) -> str:
-        """Return the robot."""
+        """Return the robot's MJCF."""
         limb = self.limb
         spread = 3 * limb.radius_m if self.arms > 1 else 0.0
         places = around(self.arms, spread) if self.arms > 1 else [(0.0, 0.0)]
@@ -77,7 +77,7 @@ class HingeArms:
         axes = {"x": "1 0 0", "y": "0 1 0"}
         if not self.pairs:
             axes = {"y": "0 1 0"} if index % 2 else {"x": "1 0 0"}
-        # half as many joints in each plane are each half as stiff
+        # with half as many joints in each plane, each joint is half as stiff
         stiffness = limb.stiffness_n_m_rad * (1 if self.pairs else 0.5)
         spring = f'stiffness="{number(stiffness)}" damping="{number(stiffness * limb.damping_s)}"'
         joints = "".join(
@@ -142,7 +142,7 @@ class HingeArms:
 
 
 def write_hinge_robot(rng: np.random.Generator) -> Written:
-    """Write one arm, two beside each other, or three around a plate."""
+    """Write one arm, two arms beside each other, or three arms around a plate."""
     arms = int(rng.choice([1, 1, 1, 2, 3]))
     pose = str(rng.choice(list(_POSES)))
     segments = (6, 16) if arms == 1 else (4, 8)

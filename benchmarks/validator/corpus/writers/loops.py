@@ -27,7 +27,7 @@ def write_loop(rng: np.random.Generator) -> Written:
         if index:
             place = f'pos="{number(pitch)} 0 0" quat="{numbers((math.cos(turn / 2), 0, -math.sin(turn / 2), 0))}"'
         else:
-            # the first link lies level at the bottom of a free ring, or at the top of one that hangs
+            # the first link is horizontal: at the bottom of a free ring, or at the top of a hanging one
             start = (-pitch / 2, 0.0, thick + 0.001)
             place = f'pos="{numbers(start)}"' if free else f'pos="{number(pitch / 2)} 0 0.5" euler="0 {math.pi:.6g} 0"'
             joint = "<freejoint/>" if free else ""

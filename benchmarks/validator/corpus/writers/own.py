@@ -1,4 +1,4 @@
-"""Robots of this project's own built-in team: a minority, because the rules were looked at with them."""
+"""Robots of this project's built-in team. They are a minority, because rules were developed with them in view."""
 
 from __future__ import annotations
 

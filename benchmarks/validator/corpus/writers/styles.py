@@ -1,6 +1,6 @@
-"""One body in many dialects: sizes from 2 cm to 1 m, four integrators, four kinds of actuator, classes inside classes.
+"""One body in many dialects: sizes from 2 cm to 1 m, four integrators, four kinds of actuators, nested classes.
 
-Source: the limb is an Euler-Bernoulli beam (`physique`), so that all dialects say the same robot.
+Source: the limb is an Euler-Bernoulli beam (`physique`), so that all dialects describe the same robot.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ _JOINTS = ("universal", "ball", "planar", "coupled")
 
 @dataclass(frozen=True)
 class Dialect:
-    """How a robot is written.
+    """The way in which a robot is written.
 
     Attributes:
-        joints: "universal" two hinges in a body, "ball", "planar" one hinge, "coupled" planar with every second hinge
-            turning as the one before it.
-        limbs: How many, around a hub.
-        radians: Whether angles are written in them.
-        nested: Whether bodies have classes inside classes; else every element says everything.
+        joints: "universal" (two hinges in a body), "ball", "planar" (one hinge), or "coupled" (planar; every second
+            hinge turns by the angle of the one before it).
+        limbs: Number of limbs around a hub.
+        radians: Whether angles are in radians; otherwise they are in degrees.
+        nested: Whether elements use nested default classes; otherwise every element has all attributes.
     """
 
     limb: Physique
@@ -39,7 +39,7 @@ class Dialect:
 
     @property
     def offset_m(self) -> float:
-        """Distance of the cables from the backbone."""
+        """Distance of the cables from the backbone [m]."""
         return 0.8 * self.limb.radius_m
 
     @property
@@ -49,25 +49,25 @@ class Dialect:
 
     @property
     def cables(self) -> list[tuple[float, float]]:
-        """Where they run."""
+        """Positions of the cables in a cross-section of the limb [m]."""
         if self.planar:
             return [(self.offset_m, 0.0), (-self.offset_m, 0.0)]
         return around(3 if self.joints == "ball" else 4, self.offset_m)
 
     @property
     def timestep_s(self) -> float:
-        """Runge-Kutta treats damping explicitly, and wants small steps."""
+        """Time step [s]. Runge-Kutta needs small steps, because it treats damping explicitly."""
         if self.integrator == "RK4":
             return 0.00025
         return 0.0005 if self.limb.length_m < 0.1 else 0.001
 
     @property
     def armature(self) -> float:
-        """Inertia about each joint with which Runge-Kutta can follow the damping: dt c / I is 1.5 at most."""
+        """Inertia about each joint with which Runge-Kutta can follow the damping: dt c / I is at most 1.5."""
         return self.limb.damping_n_m_s_rad * self.timestep_s / 1.5 if self.integrator == "RK4" else 0.0
 
     def document(self) -> str:
-        """Return the robot."""
+        """Return the robot's MJCF."""
         limb = self.limb
         hub = max(3.5 * limb.radius_m * (self.limbs > 1), 1.3 * limb.radius_m)
         places = around(self.limbs, 3.5 * limb.radius_m) if self.limbs > 1 else [(0.0, 0.0)]

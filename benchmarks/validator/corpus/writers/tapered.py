@@ -12,7 +12,7 @@ _DENSITY_KG_M3 = 1200.0  # printed thermoplastic polyurethane
 
 
 def write_tapered_robot(rng: np.random.Generator) -> Written:
-    """Write a tentacle that hangs, or a gripper of two or three tapered fingers."""
+    """Write a hanging tentacle, or a gripper of two or three tapered fingers."""
     fingers = int(rng.choice([1, 2, 2, 3]))
     length = rng.uniform(0.2, 0.5) if fingers == 1 else rng.uniform(0.12, 0.25)
     limb = _Taper(
@@ -66,7 +66,7 @@ def write_tapered_robot(rng: np.random.Generator) -> Written:
 {sensors}  </sensor>
 </mujoco>
 """
-    # gravity points along the fingers: they hang, drawn upside down, as in many printed grippers on a flange
+    # gravity points along the fingers: they hang, but are drawn upside down, as many printed grippers on a flange
     return Written(name, mjcf)
 
 
@@ -82,14 +82,14 @@ class _Taper:
         self.widths = [width * ratio**i for i in range(count)]
         volumes = [long * wide * 0.6 * wide * 0.9 for long, wide in zip(self.lengths, self.widths, strict=True)]
         mass = _DENSITY_KG_M3 * sum(volumes)
-        # bending stiffness of the thin spine at the root, and in proportion to the cube of the width further out
+        # joint stiffness follows from the sag at the root, and is proportional to the cube of the width further out
         self.stiffness = [
             mass * GRAVITY_M_S2 * length**2 / (sag * long) * (wide / width) ** 3
             for long, wide in zip(self.lengths, self.widths, strict=True)
         ]
         omega = 3.5 * math.sqrt(GRAVITY_M_S2 / (length * sag))
         self.damping_s = 2 * damping_ratio / omega
-        # the pull that bends every joint by k / (F d) adds up to the bend asked for
+        # a pull F at a distance d bends a joint by F d / k; the bends add up to the required one
         self.force = bend_rad / sum(0.4 * wide / k for wide, k in zip(self.widths, self.stiffness, strict=True))
         self.reach = 2.2 * bend_rad / count + 0.1
 
