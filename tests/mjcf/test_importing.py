@@ -12,6 +12,7 @@ import pytest
 from aidsr.apps.cli import main
 from aidsr.core.errors import UserError
 from aidsr.mjcf.importing import import_mjcf
+from aidsr.mjcf.inline_files import FileUse, read_shape
 
 MAIN = """
 <mujoco>
@@ -143,3 +144,8 @@ def test_the_command_writes_one_document_with_its_origin(
         main(["import", str(robot), "--out", str(target)])
     assert ended.value.code == 2
     assert "exists" in capsys.readouterr().err
+
+
+def test_a_file_that_the_document_does_not_name_is_an_error() -> None:
+    with pytest.raises(UserError, match="no <mesh> named other with a file"):
+        read_shape(FileUse("mesh", "other", "other.stl"), "<mujoco/>", b"")

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 from lxml import etree
 
-from aidsr.core.errors import MjcfError, UserError
+from aidsr.core.errors import UserError
 from aidsr.mjcf.compile import load_mjcf, warnings_as_notes
 from aidsr.mjcf.defaults import default_classes, setting
 from aidsr.mjcf.elements import Element, attributes, elements
@@ -302,7 +302,7 @@ def _named(root: Element, use: FileUse) -> Element:
         file = element.get("file")
         if file is not None and (element.get("name") or _stem(file)) == use.name:
             return element
-    raise MjcfError([])
+    raise UserError(f"the document has no <{use.element}> named {use.name} with a file")
 
 
 def _stem(file: str) -> str:
