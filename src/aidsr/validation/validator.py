@@ -18,10 +18,10 @@ from aidsr.sandbox.limits import Limits
 Mount = Literal["auto", "fixed", "free"]
 """How the root of a robot is held while the robot is tested alone."""
 
-_LIMITS = Limits(wall_s=1200.0, cpu_s=300.0)
-"""Limits of the child process. A body of eighty muscles takes a minute of processor time. Our choice: a body that takes
-more than the limit could not be trained. The limit on wall time only ends processes that hang, so that the verdict is
-the same on a busy machine."""
+VALIDATION_LIMITS = Limits(wall_s=1200.0, cpu_s=300.0)
+"""Limits of a child process that runs the tests. A body of eighty muscles takes a minute of processor time. Our choice:
+a body that takes more than the limit could not be trained. The limit on wall time only ends processes that hang, so
+that the verdict is the same on a busy machine."""
 
 _CURES = {
     "time": "Use fewer bodies, fewer contacts, or a larger time step.",
@@ -75,7 +75,7 @@ def validate(
         return failed_report(error)
 
 
-@isolated(limits=_LIMITS)
+@isolated(limits=VALIDATION_LIMITS)
 def examine(
     text: str,
     mount: Mount,

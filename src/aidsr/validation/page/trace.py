@@ -8,7 +8,7 @@ from aidsr.core.artifacts import Artifact, ValidationReport
 from aidsr.core.errors import IsolationError, MjcfError
 from aidsr.sandbox.isolated import isolated
 from aidsr.validation.signals import ActuatorTrace, Signal
-from aidsr.validation.validator import Mount, failed_report
+from aidsr.validation.validator import VALIDATION_LIMITS, Mount, failed_report
 
 
 class TracedReport(Artifact):
@@ -40,7 +40,7 @@ def trace_report(
         return TracedReport(report=failed_report(error))
 
 
-@isolated
+@isolated(limits=VALIDATION_LIMITS)
 def trace_isolated(
     text: str, mount: Mount, needs_contact: bool, realizable: bool, select: tuple[str, ...], ignore: tuple[str, ...]
 ) -> TracedReport:
