@@ -41,3 +41,24 @@ def test_a_wall_can_be_printed(thickness_mm: float, thin: bool) -> None:
 def test_decoration_has_no_walls() -> None:
     plate = faulty.thin_plate(0.0004).replace('name="plate"', 'name="plate" contype="0" conaffinity="0"')
     assert not found(plate, "thin_wall")
+
+
+def _with_densities(**densities: float) -> str:
+    """An arm with the densities of some geoms [kg/m3]."""
+    text = faulty.arm()
+    for geom, density in densities.items():
+        text = faulty.swapped(rf'(<geom name="{geom}"[^>]*?) (mass|density)="[^"]*"', rf'\1 density="{density}"', text)
+    return text
+
+
+def test_the_worst_density_is_the_farthest_beyond_its_limit() -> None:
+    (fault,) = found(_with_densities(g3=0.5, g5=4.9), "implausible_density")
+    assert set(fault.names) == {"s3", "s5"}
+    assert fault.measured == pytest.approx(0.5)
+    (fault,) = found(_with_densities(g3=25_000, g5=0.1), "implausible_density")
+    assert fault.measured == pytest.approx(0.1)
+    assert fault.limit == pytest.approx(5)
+
+
+def test_the_mass_of_a_fixed_base_is_no_fault() -> None:
+    assert not found(_with_densities(base=50_000), "implausible_density")

@@ -27,14 +27,14 @@ def densities_kg_m3(robot: RobotUnderTest) -> dict[int, float]:
 
 
 def _find_implausible_densities(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find bodies lighter than foam or denser than osmium."""
+    """Find moving bodies lighter than foam or denser than osmium. The mass of a body that cannot move has no effect."""
     odd = {
         robot.body(body): density
         for body, density in densities_kg_m3(robot).items()
-        if not DENSITY_LOW_KG_M3 <= density <= DENSITY_HIGH_KG_M3
+        if body in robot.structure.moving and not DENSITY_LOW_KG_M3 <= density <= DENSITY_HIGH_KG_M3
     }
     if odd:
-        worst = max(odd.values(), key=lambda density: max(density, 1 / density))
+        worst = max(odd.values(), key=lambda density: max(density / DENSITY_HIGH_KG_M3, DENSITY_LOW_KG_M3 / density))
         heavy = worst > DENSITY_HIGH_KG_M3
         yield IMPLAUSIBLE_DENSITY.fault(
             names=tuple(odd),
