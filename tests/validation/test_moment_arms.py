@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulty
 import mujoco
 import numpy as np
 import pytest
@@ -67,6 +68,15 @@ def s_shaped() -> str:
 def test_sound_routing_has_no_fault(mjcf: object) -> None:
     assert callable(mjcf)
     assert found(mjcf()) == []
+
+
+def test_a_damper_is_no_motor_of_a_shared_cable() -> None:
+    text = faulty.example("cable_shared").replace(
+        "<actuator>", '<actuator><damper name="d" tendon="front" kv="1" ctrlrange="0 1"/>'
+    )
+    (fault,) = validate(text, select=["cable_shared"]).faults
+    assert set(fault.names) == {"pull_front", "pull_back"}
+    assert fault.measured == 2
 
 
 def test_a_cable_that_makes_an_s_is_a_warning() -> None:

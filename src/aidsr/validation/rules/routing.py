@@ -108,7 +108,7 @@ SAME_CABLES = Rule(
     unit="(cosine)",
     cure="Move the sites of one of them to the side that no cable runs along, or remove it and its actuator; one cable "
     "with the pull of both does as much.",
-    example=Example((('<site name="back', '<site name="back'), ('pos="-0.009 0', 'pos="0.009 0'))),
+    example=Example((('pos="-0.009 0', 'pos="0.009 0'),)),
 )
 
 
@@ -307,26 +307,27 @@ SITE_MISPLACED = Rule(
 def _find_shared_cables(robot: RobotUnderTest) -> Iterator[Fault]:
     """Find cables with several actuators in a robot in which another cable has none."""
     tendons = [tendon for tendon in robot.structure.tendons if tendon.spatial]
-    shared = [tendon for tendon in tendons if len(_motors(robot.model, tendon)) > 1]
+    shared = [motors for tendon in tendons if len(motors := _motors(robot.model, tendon)) > 1]
     idle = [tendon for tendon in tendons if not tendon.actuators]
     if shared and idle:
         yield CABLE_SHARED.fault(
             f"several actuators pull the same cable, and none pulls "
             f"{' and '.join(robot.tendon(tendon.id) for tendon in idle)}",
-            names=(robot.actuator(actuator) for tendon in shared for actuator in tendon.actuators),
-            measured=max(len(tendon.actuators) for tendon in shared),
+            names=(robot.actuator(motor) for motors in shared for motor in motors),
+            measured=max(len(motors) for motors in shared),
             limit=1,
             likely_cause="an actuator names the wrong tendon",
         )
 
 
 def _motors(model: mujoco.MjModel, tendon: Tendon) -> list[int]:
-    """Return the actuators of a tendon that have a gain; a damper beside a servo is not a second motor."""
-    fixed = int(mujoco.mjtGain.mjGAIN_FIXED)
+    """Return the actuators of a tendon that pull a cable at rest; a damper beside a servo is not a second motor."""
+    used = {int(mujoco.mjtGain.mjGAIN_FIXED): 1, int(mujoco.mjtGain.mjGAIN_AFFINE): 2}  # the third is of the velocity
     return [
         actuator
         for actuator in tendon.actuators
-        if int(model.actuator_gaintype[actuator]) != fixed or model.actuator_gainprm[actuator, 0]
+        if (count := used.get(int(model.actuator_gaintype[actuator]))) is None
+        or model.actuator_gainprm[actuator, :count].any()
     ]
 
 
