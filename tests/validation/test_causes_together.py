@@ -9,7 +9,10 @@ import pytest
 from aidsr.core.artifacts import Fault, ValidationReport
 from aidsr.sim.structure import read_structure
 from aidsr.validation import validate
+from aidsr.validation.counterfactuals import softer
+from aidsr.validation.engine import examine_text
 from aidsr.validation.registry import without_consequences
+from aidsr.validation.rules_page import EXAMPLE_ARM
 from aidsr.validation.stiffness import explain_divergence
 
 
@@ -47,3 +50,11 @@ def test_a_servo_that_loses_its_force_in_chatter_is_not_too_weak() -> None:
 def test_what_makes_a_simulation_diverge_is_named(text: str, cause: str) -> None:
     model = mujoco.MjModel.from_xml_string(text)
     assert cause in explain_divergence(model, read_structure(model))
+
+
+def test_the_effects_of_a_change_belong_to_their_tests() -> None:
+    robot = examine_text(EXAMPLE_ARM).robot
+    assert robot is not None
+    first, second = robot.single_tests([0]), robot.single_tests([1])
+    assert robot.effects_if("softer", softer(2.0), first).keys() == set(first)
+    assert robot.effects_if("softer", softer(2.0), second).keys() == set(second)

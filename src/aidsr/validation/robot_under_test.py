@@ -35,8 +35,9 @@ class RobotUnderTest:
         needs_contact: Whether the task requires contact.
         evidence: Recordings of the tests; None before the tests, when only the model is examined.
         found: Faults that earlier rules found.
-        causes: Cache of the counterfactual simulations made so far: their effects, by name of the change and row of the
-            battery. They are run only for robots with a symptom and are shared between rules.
+        counterfactual_effects: Cache of the counterfactual simulations made so far: their effects by row of the
+            battery, for each name of a change with its tests. They are run only for robots with a symptom and are
+            shared between rules.
     """
 
     model: mujoco.MjModel
@@ -44,7 +45,7 @@ class RobotUnderTest:
     needs_contact: bool = False
     evidence: Evidence | None = None
     found: list[Fault] = field(default_factory=list)
-    causes: dict[str, dict[int, float]] = field(default_factory=dict)
+    counterfactual_effects: dict[tuple[str, tuple[int, ...]], dict[int, float]] = field(default_factory=dict)
 
     @cached_property
     def drawn(self) -> mujoco.MjData:
@@ -236,10 +237,13 @@ class RobotUnderTest:
         """Return the effects / L of some tests in a changed model, by row of the battery.
 
         The effect is 0 if the changed robot diverges, because its displacement then means nothing. The result is cached
-        in `causes` by `name`; a later call with the same name returns it whatever the other arguments are.
+        by `name` and `tests`: a name must always stand for the same variant.
         """
-        if name not in self.causes:
+        key = (name, tuple(tests))
+        if key not in self.counterfactual_effects:
             recording = rerun(self.model, self.structure, self.driven, variant, tests)
             effects = np.where(self.diverged(recording), 0.0, self._effects_of(recording))[1:]
-            self.causes[name] = {test: float(effect) for test, effect in zip(tests, effects, strict=True)}
-        return self.causes[name]
+            self.counterfactual_effects[key] = {
+                test: float(effect) for test, effect in zip(tests, effects, strict=True)
+            }
+        return self.counterfactual_effects[key]

@@ -122,7 +122,9 @@ def _deformation_if(robot: RobotUnderTest, variant: Variant) -> float:
     changed = copy.copy(robot.model)
     variant(changed)
     evidence = gather_evidence(changed, robot.structure)
-    return _deformation(replace(robot, model=changed, evidence=evidence, found=[], causes={}), _WEIGHTLESS)[0]
+    return _deformation(
+        replace(robot, model=changed, evidence=evidence, found=[], counterfactual_effects={}), _WEIGHTLESS
+    )[0]
 
 
 def _deformation(robot: RobotUnderTest, simulation: int) -> tuple[float, tuple[str, ...]]:

@@ -80,7 +80,7 @@ def _is_locked_as_drawn(robot: RobotUnderTest) -> bool:
     floating = copy.copy(robot.model)
     floating.opt.gravity[:] = 0
     evidence = gather_evidence(floating, robot.structure)
-    again = replace(robot, model=floating, evidence=evidence, found=[], causes={})
+    again = replace(robot, model=floating, evidence=evidence, found=[], counterfactual_effects={})
     return evidence.battery is None or bool(_locked_drives(again)[0])
 
 
