@@ -10,8 +10,12 @@ import pytest
 import robots
 from lxml import etree
 
+from aidsr.sandbox.isolated import _FUNCTIONS
 from aidsr.validation import validate
 from aidsr.validation.page import TracedReport, page_html, trace_report
+from aidsr.validation.page.trace import trace_isolated
+from aidsr.validation.rules_page import EXAMPLE_ARM
+from aidsr.validation.validator import examine
 
 
 @functools.cache
@@ -36,6 +40,24 @@ def words(html: str) -> str:
 def test_what_is_traced_is_what_is_validated() -> None:
     text, found = strong_arm()
     assert found.report == validate(text)
+
+
+def test_the_page_may_take_as_long_as_the_report() -> None:
+    (validating, tracing) = (_FUNCTIONS[f"{call.__module__}:{call.__name__}"] for call in (examine, trace_isolated))
+    assert tracing.limits == validating.limits
+
+
+def test_the_curve_of_a_fast_cable_peaks_at_what_was_measured() -> None:
+    """A slack cable far from the backbone moves faster than it does under tension."""
+    text = EXAMPLE_ARM.replace('pos="-0.009 0', 'pos="-0.02 0')
+    for tendon, force_n in (("front", 150), ("back", 20)):
+        pull = f'tendon="{tendon}" gear="-1" ctrlrange="0 '
+        text = text.replace(f"{pull}20", f"{pull}{force_n}")
+    found = trace_report(text, realizable=True, select=["actuator_speed"])
+    (fault,), (signal,) = found.report.faults, found.signals
+    assert signal is not None
+    assert fault.names == ("pull_front", "pull_back")
+    assert max(max(line.values) for line in signal.lines) == pytest.approx(fault.measured, rel=1e-3)
 
 
 def test_a_bad_robot_has_a_page() -> None:

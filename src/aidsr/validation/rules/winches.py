@@ -64,8 +64,7 @@ def efforts(robot: RobotUnderTest) -> list[Effort]:
         if not drive.on_tendon:
             continue
         tendon = int(robot.model.actuator_trnid[drive.actuator, 0])
-        pull = np.maximum(-robot.force_n(drive), 0.0)
-        speed = np.where(pull > 0, np.abs(battery.fields["ten_velocity"][:, :, tendon]), 0.0)
+        pull, speed = _pull_n(robot, drive), _speed_under_tension_m_s(robot, drive)
         power = pull * _reeling_m_s(robot, drive)
         found.append(
             Effort(
@@ -78,6 +77,18 @@ def efforts(robot: RobotUnderTest) -> list[Effort]:
             )
         )
     return found
+
+
+def _pull_n(robot: RobotUnderTest, drive: Drive) -> Array:
+    """Return the tension from an actuator, 0 while it pushes, (n_tests, n_frames) [N]."""
+    return np.maximum(-robot.force_n(drive), 0.0)
+
+
+def _speed_under_tension_m_s(robot: RobotUnderTest, drive: Drive) -> Array:
+    """Return the speed of an actuator's tendon in or out, 0 while it is not pulled, (n_tests, n_frames) [m/s]."""
+    tendon = int(robot.model.actuator_trnid[drive.actuator, 0])
+    speed = np.abs(battery_of(robot).fields["ten_velocity"][:, :, tendon])
+    return np.where(_pull_n(robot, drive) > 0, speed, 0.0)
 
 
 def _reeling_m_s(robot: RobotUnderTest, drive: Drive) -> Array:
@@ -144,8 +155,7 @@ def _find_long_strokes(robot: RobotUnderTest) -> Iterator[Fault]:
 
     Tensions above `TENSION_N` are faults of `actuator_overforce`; they count as `TENSION_N` here.
     """
-    most_n = TENSION_N
-    asked = [replace(effort, tension_n=min(effort.tension_n, most_n)) for effort in efforts(robot)]
+    asked = [replace(effort, tension_n=min(effort.tension_n, TENSION_N)) for effort in efforts(robot)]
     most = [max((getattr(effort, name) for effort in asked), default=0.0) for name in ("tension_n", "stroke_m")]
     # a motor for the largest tension and the largest stroke together is sufficient for every cable
     if not asked or can_hold(*most):
@@ -217,15 +227,15 @@ def _tension_signal(robot: RobotUnderTest, fault: Fault) -> Signal | None:
 def _power_signal(robot: RobotUnderTest, fault: Fault) -> Signal | None:
     def power(index: int, _tendon: int) -> Array:
         drive = robot.driven.drives[index]
-        return np.maximum(-robot.force_n(drive), 0.0) * _reeling_m_s(robot, drive)
+        return _pull_n(robot, drive) * _reeling_m_s(robot, drive)
 
     return actuator_signal(robot, fault, "mechanical power", fault.unit, power)
 
 
 def _speed_signal(robot: RobotUnderTest, fault: Fault) -> Signal | None:
-    def speed(_drive: int, tendon: int) -> Array:
+    def speed(index: int, _tendon: int) -> Array:
         sweep = np.array([test.kind == "sweep" for test in robot.driven.tests])[:, None]
-        return np.where(sweep, 0.0, np.abs(battery_of(robot).fields["ten_velocity"][:, :, tendon]))
+        return np.where(sweep, 0.0, _speed_under_tension_m_s(robot, robot.driven.drives[index]))
 
     return actuator_signal(robot, fault, "cable speed", fault.unit, speed)
 
