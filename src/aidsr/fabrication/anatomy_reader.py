@@ -13,6 +13,7 @@ from aidsr.core.artifacts import Fault
 from aidsr.core.errors import MjcfError
 from aidsr.fabrication.anatomy import Anatomy, Cable, Guide, Joint, Part, Shape, Vector
 from aidsr.mjcf.compile import compile_mjcf
+from aidsr.sim.actuator_force import gear_of
 from aidsr.sim.ownership import WRAP_SITE, tendon_wraps
 from aidsr.sim.structure import name_of
 from aidsr.sim.tendon_effects import unit_pull
@@ -56,8 +57,8 @@ class _Reader:
     def anatomy(self) -> Anatomy:
         self._refuse_what_has_no_shape()
         model = self.model
-        pulling = {int(model.actuator_trnid[a, 0]): a for a in range(model.nu) if self._pulls(a)}
-        pulled = Counter(int(model.actuator_trnid[a, 0]) for a in range(model.nu) if self._pulls(a))
+        pulling = {int(model.actuator_trnid[a, 0]): a for a in range(model.nactuator) if self._pulls(a)}
+        pulled = Counter(int(model.actuator_trnid[a, 0]) for a in range(model.nactuator) if self._pulls(a))
         loops = [
             name_of(model, _OBJ.mjOBJ_EQUALITY, index)
             for index in range(model.neq)
@@ -67,7 +68,7 @@ class _Reader:
             parts=tuple(self._part(root) for root in self.number),
             joints=tuple(self._joint(body) for body in range(1, model.nbody) if self._bends(body)),
             cables=tuple(self._cable(tendon, pulling.get(tendon)) for tendon in range(model.ntendon)),
-            other_actuators=tuple(self._name("ACTUATOR", a) for a in range(model.nu) if not self._pulls(a)),
+            other_actuators=tuple(self._name("ACTUATOR", a) for a in range(model.nactuator) if not self._pulls(a)),
             open_loops=tuple(loops),
             shared_cables=tuple(self._name("TENDON", tendon) for tendon, count in pulled.items() if count > 1),
             couplings=tuple(
@@ -235,7 +236,7 @@ class _Reader:
     def _largest_pull_n(self, actuator: int) -> float:
         model = self.model
         if model.actuator_forcelimited[actuator]:
-            return max(0.0, float((-model.actuator_gear[actuator, 0] * model.actuator_forcerange[actuator]).max()))
+            return max(0.0, float((-gear_of(model, actuator)[0] * model.actuator_forcerange[actuator]).max()))
         return math.inf
 
     def _guide(self, site: int) -> Guide:

@@ -12,6 +12,7 @@ from aidsr.core.artifacts import Artifact
 from aidsr.mjcf.compile import compile_mjcf
 from aidsr.sandbox.isolated import isolated
 from aidsr.sandbox.limits import Limits
+from aidsr.sim.actuator_force import control_of, gear_of, output_of
 from aidsr.sim.structure import name_of
 
 _LEVELS = 6
@@ -47,13 +48,14 @@ def responses(mjcf: str) -> tuple[Response, ...]:
     """
     model = compile_mjcf(mjcf)
     model.opt.gravity[:] = 0.0  # the same result for every orientation of the mount
-    actuators = [index for index in range(model.nu) if int(model.actuator_trntype[index]) == _TENDON]
+    actuators = [index for index in range(model.nactuator) if int(model.actuator_trntype[index]) == _TENDON]
     return tuple(_response(model, index) for index in actuators)
 
 
 def _response(model: mujoco.MjModel, actuator: int) -> Response:
     """Return the response from rest to the end of the control range that pulls harder; cables cannot push."""
-    low, high = model.actuator_ctrlrange[actuator] if model.actuator_ctrllimited[actuator] else (0.0, 1.0)
+    control = control_of(model, actuator)
+    low, high = model.actuator_ctrlrange[control] if model.actuator_ctrllimited[control] else (0.0, 1.0)
     rest = float(np.clip(0.0, low, high))
     ends = [float(end) for end in (low, high) if end != rest] or [rest]
     return max((_towards(model, actuator, rest, end) for end in ends), key=lambda found: found.force_n[-1])
@@ -63,13 +65,14 @@ def _towards(model: mujoco.MjModel, actuator: int, rest: float, far: float) -> R
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     tendon = int(model.actuator_trnid[actuator, 0])
-    drawn, gear = float(data.ten_length[tendon]), float(model.actuator_gear[actuator, 0])
+    drawn, gear = float(data.ten_length[tendon]), float(gear_of(model, actuator)[0])
+    control, output = control_of(model, actuator), output_of(model, actuator)
     levels = np.linspace(rest, far, _LEVELS)
     forces, reeled = [], []
     for level in levels:
-        data.ctrl[actuator] = level
+        data.ctrl[control] = level
         _settle(model, data, tendon)
-        forces.append(-gear * float(data.actuator_force[actuator]))
+        forces.append(-gear * float(data.actuator_force[output]))
         reeled.append(1000.0 * (drawn - float(data.ten_length[tendon])))
     return Response(
         actuator=name_of(model, mujoco.mjtObj.mjOBJ_ACTUATOR, actuator),

@@ -117,6 +117,7 @@ def read_pull(root: Element, names: Collection[str] = ()) -> Pull | None:
     import numpy as np
 
     from aidsr.mjcf.compile import compile_mjcf
+    from aidsr.sim.actuator_force import control_of
 
     try:
         model = compile_mjcf(etree.tostring(root, encoding="unicode"))
@@ -124,18 +125,19 @@ def read_pull(root: Element, names: Collection[str] = ()) -> Pull | None:
         return None
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    moments = np.zeros((model.nu, model.nv))
+    moments = np.zeros((model.nout, model.nv))
     mujoco.mju_sparse2dense(
         moments, data.actuator_moment.ravel(), data.moment_rownnz, data.moment_rowadr, data.moment_colind.ravel()
     )
-    forces_n = np.zeros(model.nu)
+    forces_n = np.zeros(model.nout)
     for end in (0, 1):
         data.ctrl[:] = model.actuator_ctrlrange[:, end]
-        for actuator in np.flatnonzero(model.actuator_actadr >= 0):
-            data.act[model.actuator_actadr[actuator]] = data.ctrl[actuator]
+        for actuator in np.flatnonzero(model.actuator_actadr >= 0).tolist():
+            data.act[model.actuator_actadr[actuator]] = data.ctrl[control_of(model, actuator)]
         mujoco.mj_forward(model, data)
         forces_n = np.maximum(forces_n, np.abs(data.actuator_force))
-    forces_n *= [not names or model.actuator(actuator).name in names for actuator in range(model.nu)]
+    of_output = np.repeat(np.arange(model.nactuator), model.actuator_outnum).tolist()
+    forces_n *= [not names or model.actuator(actuator).name in names for actuator in of_output]
     sprung = np.flatnonzero(model.jnt_stiffness > 0)
     bend_rad_n = (np.abs(moments[:, model.jnt_dofadr[sprung]]) / model.jnt_stiffness[sprung]).sum(axis=1)
     return Pull(

@@ -174,7 +174,8 @@ def _swing_controls(model: mujoco.MjModel, motion: Motion) -> NDArray[np.float64
     onset = np.clip(times, 0, 1)[:, None]
     swing: NDArray[np.float64] = (low + high) / 2 + onset * (high - low) / 2 * np.sin(phase)
     owned = read_ownership(model)
-    theirs = [actuator for actuator in range(model.nu) if not owned.actuator(actuator)]
+    counts = np.asarray(model.actuator_ctrlnum)
+    theirs = ~np.repeat([owned.actuator(actuator) for actuator in range(model.nactuator)], counts).astype(bool)
     swing[:, theirs] = np.clip(0.0, low[theirs], high[theirs])
     return swing
 

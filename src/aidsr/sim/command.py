@@ -8,6 +8,8 @@ from typing import Literal
 import mujoco
 import numpy as np
 
+from aidsr.sim.actuator_force import gear_of
+
 _TRANSMISSION, _DYNAMICS, _JOINT = mujoco.mjtTrn, mujoco.mjtDyn, mujoco.mjtJoint
 _PLAIN = (_DYNAMICS.mjDYN_NONE, _DYNAMICS.mjDYN_FILTER, _DYNAMICS.mjDYN_FILTEREXACT)
 """Actuator dynamics with which the input of the gain equals the command or converges to it."""
@@ -73,7 +75,7 @@ def _acted_on(model: mujoco.MjModel, actuator: int) -> tuple[tuple[str, str], fl
     The unit of position is empty for a site, which has no position coordinate.
     """
     kind, target = int(model.actuator_trntype[actuator]), int(model.actuator_trnid[actuator, 0])
-    gear = model.actuator_gear[actuator]
+    gear = gear_of(model, actuator)
     units = None
     if kind == _TRANSMISSION.mjTRN_TENDON:
         units = _LENGTH if is_spatial(model, target) else None

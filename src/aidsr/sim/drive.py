@@ -8,12 +8,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from aidsr.sim.actuator_force import affine_force, control_of, output_of
 from aidsr.sim.structure import Structure
 
-_FIXED, _AFFINE = int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtGain.mjGAIN_AFFINE)
-_NO_BIAS, _AFFINE_BIAS = int(mujoco.mjtBias.mjBIAS_NONE), int(mujoco.mjtBias.mjBIAS_AFFINE)
 _FILTERS = (int(mujoco.mjtDyn.mjDYN_FILTER), int(mujoco.mjtDyn.mjDYN_FILTEREXACT))
-_INTEGRATOR = int(mujoco.mjtDyn.mjDYN_INTEGRATOR)
 
 _UNLIMITED_END = 1.0
 """Largest command, in both directions, assumed for an actuator without a control range; the missing range is reported
@@ -65,7 +63,7 @@ def read_drives(model: mujoco.MjModel, data: mujoco.MjData, structure: Structure
     sums = {tendon.id for tendon in structure.tendons if not tendon.spatial}
     drives = []
     for actuator in structure.actuators:
-        at = int(model.actuator_ctrladr[actuator])
+        at = control_of(model, actuator)
         on_tendon = actuator in structure.tendon_actuators
         ends = float(forces[0][actuator]), float(forces[1][actuator])
         on_sum = on_tendon and int(model.actuator_trnid[actuator, 0]) in sums
@@ -97,23 +95,14 @@ def neutral_ctrl(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float
 
     The neutral command of a position servo holds its current position; the command 0 would pull a servo on a tendon
     towards zero length. Actuators with an integrator, and those of other kinds, get the command closest to 0.
-
-    Source: MuJoCo documentation, Computation, "Actuation model": force = gain * input + bias, affine in the length.
     """
     low, high = _ends(model)
     neutral = np.clip(np.zeros(model.nu), low, high)
     for actuator in range(model.nactuator):
-        gain_type, bias_type = int(model.actuator_gaintype[actuator]), int(model.actuator_biastype[actuator])
-        if gain_type not in (_FIXED, _AFFINE) or bias_type not in (_NO_BIAS, _AFFINE_BIAS):
-            continue
-        if int(model.actuator_dyntype[actuator]) == _INTEGRATOR:
-            continue
-        length = float(data.actuator_length[actuator])
-        gain, bias = model.actuator_gainprm[actuator], model.actuator_biasprm[actuator]
-        slope = gain[0] + (gain[1] * length if gain_type == _AFFINE else 0.0)
-        offset = bias[0] + bias[1] * length if bias_type == _AFFINE_BIAS else 0.0
-        at = int(model.actuator_ctrladr[actuator])
-        if slope != 0:
+        law = affine_force(model, actuator, float(data.actuator_length[output_of(model, actuator)]))
+        if law is not None and law[0] != 0:
+            slope, offset = law
+            at = control_of(model, actuator)
             neutral[at] = np.clip(-offset / slope, low[at], high[at])
     return neutral
 
@@ -122,7 +111,7 @@ def set_act(model: mujoco.MjModel, data: mujoco.MjData, ctrl: NDArray[np.float64
     """Set the activation of actuators with a filter to their command, so that they do not start from zero."""
     for actuator in range(model.nactuator):
         if int(model.actuator_dyntype[actuator]) in _FILTERS:
-            data.act[int(model.actuator_actadr[actuator])] = ctrl[int(model.actuator_ctrladr[actuator])]
+            data.act[int(model.actuator_actadr[actuator])] = ctrl[control_of(model, actuator)]
 
 
 def _ends(model: mujoco.MjModel) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -148,7 +137,7 @@ def held_forces(model: mujoco.MjModel, probe: mujoco.MjData, ctrl: NDArray[np.fl
     for actuator in range(model.nactuator):
         first, count = int(model.actuator_actadr[actuator]), int(model.actuator_actnum[actuator])
         if count:
-            probe.act[first : first + count] = ctrl[int(model.actuator_ctrladr[actuator])]
+            probe.act[first : first + count] = ctrl[control_of(model, actuator)]
     mujoco.mj_forward(model, probe)
-    outputs = [int(model.actuator_outadr[actuator]) for actuator in range(model.nactuator)]
-    return np.asarray(probe.actuator_force[outputs] * model.actuator_gear[:, 0])
+    outputs = np.asarray(model.actuator_outadr)
+    return np.asarray(probe.actuator_force[outputs] * model.actuator_gear[outputs, 0])

@@ -10,6 +10,7 @@ import numpy as np
 from aidsr.core.artifacts import BodySummary, EnvironmentSummary, GeomSummary, MountSummary, SiteSummary, Vec3
 from aidsr.mjcf.compile import load_mjcf
 from aidsr.sandbox.isolated import isolated
+from aidsr.sim.actuator_force import control_of
 from aidsr.sim.command import command_of
 from aidsr.sim.placement import check_environment, mount_names
 
@@ -53,7 +54,7 @@ def summarize_environment(environment: str, *, may_hold_robot: bool = False) -> 
         bodies=tuple(_body(model, data, body) for body in bodies),
         sites=tuple(_site(model, data, site) for site in range(model.nsite)),
         sensors=tuple(model.sensor(i).name for i in range(model.nsensor)),
-        actuators=tuple(command_in_words(model, actuator) for actuator in range(model.nu)),
+        actuators=tuple(command_in_words(model, actuator) for actuator in range(model.nactuator)),
     )
 
 
@@ -132,8 +133,9 @@ def command_in_words(model: mujoco.MjModel, actuator: int) -> str:
     what = {"position": "position of", "speed": "speed of", "force": "torque on" if unit == "N m" else "force on"}
     joint = model.joint(int(model.actuator_trnid[actuator, 0])).name or "a joint"
     words = f"{name}: commands the {what[command.kind]} {joint}"
-    if model.actuator_ctrllimited[actuator]:
-        words += f", {_range(model.actuator_ctrlrange[actuator] * factor, unit)}"
+    control = control_of(model, actuator)
+    if model.actuator_ctrllimited[control]:
+        words += f", {_range(model.actuator_ctrlrange[control] * factor, unit)}"
     if model.actuator_dyntype[actuator] == mujoco.mjtDyn.mjDYN_INTEGRATOR and model.actuator_actlimited[actuator]:
         ends = _range(model.actuator_actrange[actuator] * factor, unit.removesuffix("/s"))
         words += f", until it is at an end of {ends}"

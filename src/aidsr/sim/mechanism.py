@@ -12,6 +12,7 @@ import numpy as np
 from aidsr.core.artifacts import Artifact, Vec3
 from aidsr.mjcf.compile import load_mjcf
 from aidsr.sandbox.isolated import isolated
+from aidsr.sim.actuator_force import control_of
 
 JointKind = Literal["free", "ball", "slide", "hinge"]
 
@@ -92,7 +93,7 @@ def read_mechanism(mjcf: str) -> Mechanism:
     names = [model.body(body).name for body in range(model.nbody)]
     return Mechanism(
         joints=tuple(_joint(model, data, joint) for joint in range(model.njnt)),
-        actuators=tuple(_actuator(model, actuator) for actuator in range(model.nu)),
+        actuators=tuple(_actuator(model, actuator) for actuator in range(model.nactuator)),
         centers_m={name: _vector(data.xipos[body]) for body, name in enumerate(names) if name},
         parents={name: names[int(model.body_parentid[body])] for body, name in enumerate(names) if name and body},
     )
@@ -181,8 +182,9 @@ def _joint(model: mujoco.MjModel, data: mujoco.MjData, joint: int) -> JointFacts
 
 def _actuator(model: mujoco.MjModel, actuator: int) -> ActuatorFacts:
     of_joint = int(model.actuator_trntype[actuator]) in _OF_JOINT
-    low, high = (float(end) for end in model.actuator_ctrlrange[actuator])
-    limited = bool(model.actuator_ctrllimited[actuator])
+    control = control_of(model, actuator)
+    low, high = (float(end) for end in model.actuator_ctrlrange[control])
+    limited = bool(model.actuator_ctrllimited[control])
     return ActuatorFacts(
         name=model.actuator(actuator).name,
         joint=model.joint(int(model.actuator_trnid[actuator, 0])).name if of_joint else "",

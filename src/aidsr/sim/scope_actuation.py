@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
+from aidsr.sim.actuator_force import control_of, output_of
 from aidsr.sim.scope_reader import PUSH_SHARE, ScopeFinding, ScopeReader
 from aidsr.sim.soft_body import SERIES_JOINTS
 
@@ -71,7 +72,7 @@ def find_pushing_cables(reader: ScopeReader) -> Iterator[ScopeFinding]:
     pushing = {}
     for actuator, (push, pull) in reader.pushes.items():
         tendon = reader.tendons.get(int(model.actuator_trnid[actuator, 0]))
-        limited = model.actuator_ctrllimited[int(model.actuator_ctrladr[actuator])]
+        limited = model.actuator_ctrllimited[control_of(model, actuator)]
         if tendon is not None and tendon.spatial and limited and push > PUSH_SHARE * pull and push > 0:
             pushing[actuator] = push / pull if pull > 0 else np.inf
     if pushing:
@@ -134,7 +135,7 @@ def find_fully_actuated(reader: ScopeReader) -> Iterator[ScopeFinding]:
     inner = [dof for dof in range(model.nv) if int(model.dof_jntid[dof]) in joints]
     moments = np.zeros((model.nout, model.nv))
     mujoco.mju_sparse2dense(moments, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind)
-    outputs = [int(model.actuator_outadr[actuator]) for actuator in structure.actuators]
+    outputs = [output_of(model, actuator) for actuator in structure.actuators]
     rank = int(np.linalg.matrix_rank(moments[np.ix_(outputs, inner)])) if outputs and inner else 0
     if inner and rank >= len(inner):
         names = tuple(reader.name("ACTUATOR", actuator) for actuator in structure.actuators)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import mujoco
-import numpy as np
 
-from aidsr.sim.drive import read_drives
+from aidsr.sim.actuator_force import end_forces, output_of
+from aidsr.sim.drive import Drive, read_drives
 from aidsr.sim.soft_body import SERIES_JOINTS, SoftBody, read_soft_body
 from aidsr.sim.structure import Structure, name_of
 
@@ -19,8 +19,6 @@ length in a strongly bent limb."""
 
 _JNT = mujoco.mjtJoint
 _FREE = int(_JNT.mjJNT_FREE)
-_SIMPLE_GAINS = (int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtGain.mjGAIN_AFFINE))
-_SIMPLE_BIASES = (int(mujoco.mjtBias.mjBIAS_NONE), int(mujoco.mjtBias.mjBIAS_AFFINE))
 GRAVITY_M_S2 = 9.81
 
 
@@ -82,34 +80,18 @@ class ScopeReader:
             forces = [
                 drive.force_low_n,
                 drive.force_high_n,
-                *(drive.side * force for force in self._forces_shorter(drive.actuator, drive.low, drive.high)),
+                *(drive.side * force for force in self._forces_shorter(drive)),
             ]
             pushes[drive.actuator] = (max(0.0, *forces), max(0.0, *(-force for force in forces)))
         return pushes
 
-    def _forces_shorter(self, actuator: int, low: float, high: float) -> list[float]:
+    def _forces_shorter(self, drive: Drive) -> list[float]:
         """Return the forces of an actuator on its shortened tendon at both ends of its control range [N].
 
         The tendon has `_SHORTER` of its reference length. Empty for actuators whose force is not affine in the length.
-
-        Source: MuJoCo documentation, Computation, "Actuation model": force = gain * input + bias, affine in the length.
         """
-        model = self.model
-        if int(model.actuator_gaintype[actuator]) not in _SIMPLE_GAINS:
-            return []
-        if int(model.actuator_biastype[actuator]) not in _SIMPLE_BIASES:
-            return []
-        if int(model.actuator_dyntype[actuator]) == int(mujoco.mjtDyn.mjDYN_INTEGRATOR):
-            return []
-        length = _SHORTER * float(self.data.actuator_length[actuator])
-        gain, bias = model.actuator_gainprm[actuator], model.actuator_biasprm[actuator]
-        slope = gain[0] + (gain[1] * length if int(model.actuator_gaintype[actuator]) == _SIMPLE_GAINS[1] else 0.0)
-        offset = bias[0] + bias[1] * length if int(model.actuator_biastype[actuator]) == _SIMPLE_BIASES[1] else 0.0
-        output = int(model.actuator_outadr[actuator])
-        forces = np.array([slope * low + offset, slope * high + offset])
-        if model.actuator_forcelimited[output]:
-            forces = np.clip(forces, *model.actuator_forcerange[output])
-        return list(map(float, forces * model.actuator_gear[actuator, 0]))
+        length = _SHORTER * float(self.data.actuator_length[output_of(self.model, drive.actuator)])
+        return end_forces(self.model, drive.actuator, length, drive.low, drive.high) or []
 
     def _pulls_cable(self, actuator: int) -> bool:
         """Return whether an actuator on a tendon pulls a cable.

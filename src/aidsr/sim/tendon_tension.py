@@ -6,6 +6,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from aidsr.sim.actuator_force import output_of
+
 Array = NDArray[np.float64]
 
 _BY_TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
@@ -27,6 +29,6 @@ def tensions_n(model: mujoco.MjModel, ten_length: Array, actuator_force: Array) 
     pull = np.asarray(model.tendon_stiffness) * stretched
     for actuator in range(model.nactuator):
         if int(model.actuator_trntype[actuator]) == _BY_TENDON:
-            output = int(model.actuator_outadr[actuator])
-            pull[int(model.actuator_trnid[actuator, 0])] -= actuator_force[output] * model.actuator_gear[actuator, 0]
+            output = output_of(model, actuator)
+            pull[int(model.actuator_trnid[actuator, 0])] -= actuator_force[output] * model.actuator_gear[output, 0]
     return np.asarray(pull)

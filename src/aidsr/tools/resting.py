@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from aidsr.core.errors import UserError
 from aidsr.mjcf.compile import compile_mjcf, load_mjcf
+from aidsr.sim.actuator_force import output_of
 from aidsr.sim.drive import Drive, neutral_ctrl, read_drives, set_act
 from aidsr.sim.functional_part import find_functional_part
 from aidsr.sim.ownership import ROBOT_PREFIX
@@ -136,8 +137,8 @@ class Resting:
 
     def force_n(self, drive: Drive) -> float:
         """Return the absolute value of an actuator's force times its gear in this state [N]."""
-        out = int(self.model.actuator_outadr[drive.actuator])
-        return abs(float(self.data.actuator_force[out] * self.model.actuator_gear[drive.actuator, 0]))
+        output = output_of(self.model, drive.actuator)
+        return abs(float(self.data.actuator_force[output] * self.model.actuator_gear[output, 0]))
 
     def actuator_name(self, drive: Drive) -> str:
         """Return the name of an actuator without "robot/"."""

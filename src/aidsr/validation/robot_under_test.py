@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from aidsr.core.artifacts import Fault
 from aidsr.sim.accelerations import turning_accelerations
+from aidsr.sim.actuator_force import output_of
 from aidsr.sim.divergence import DivergenceSign, first_sign, recording_diverged
 from aidsr.sim.drive import Drive
 from aidsr.sim.moment_arms import MomentArms, read_moment_arms
@@ -220,9 +221,9 @@ class RobotUnderTest:
         """
         if self.driven.battery is None:
             return np.zeros((0, 0))
-        output = int(self.model.actuator_outadr[drive.actuator])
+        output = output_of(self.model, drive.actuator)
         force = self.driven.battery.fields["actuator_force"][:, :, output]
-        return np.asarray(drive.side * force * self.model.actuator_gear[drive.actuator, 0])
+        return np.asarray(drive.side * force * self.model.actuator_gear[output, 0])
 
     def largest_effect(self, drives: Iterable[int]) -> float:
         """Return the largest effect / L of some actuators, each driven alone."""

@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from aidsr.sim.actuator_force import output_of
 from aidsr.sim.structure import Structure
 from aidsr.validation.counterfactuals import mass_ratio
 from aidsr.validation.thresholds import MAX_MASS_RATIO
@@ -113,7 +114,7 @@ def _tendon_row(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> NDAr
 
 def _actuator_row(model: mujoco.MjModel, data: mujoco.MjData, actuator: int) -> NDArray[np.float64]:
     row = np.zeros(model.nv)
-    output = int(model.actuator_outadr[actuator])
+    output = output_of(model, actuator)
     first, count = int(data.moment_rowadr[output]), int(data.moment_rownnz[output])
     row[data.moment_colind[first : first + count]] = data.actuator_moment.reshape(-1)[first : first + count]
     return row

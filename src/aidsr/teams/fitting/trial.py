@@ -199,7 +199,9 @@ def fit(
         reached=found.reached,
         why=_why(placed, best) if explained else "",
         idle=_idle(placed, best.episode.variation) if explained else 0.0,
-        winches=sum(placed.model.actuator(index).name.startswith(ROBOT_PREFIX) for index in range(placed.model.nu)),
+        winches=sum(
+            placed.model.actuator(index).name.startswith(ROBOT_PREFIX) for index in range(placed.model.nactuator)
+        ),
         won=found.won,
         variations=len(found.variations),
     )

@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from aidsr.sim.actuator_force import control_of, end_forces, output_of
 from aidsr.sim.ownership import WRAP_SITE, tendon_wraps
 from aidsr.sim.structure import Structure, name_of
 from aidsr.validation.fidelity.limb import Limb, unloaded_pose
@@ -116,18 +117,14 @@ def _link(model: mujoco.MjModel, limb: Limb, body: int) -> int:
 
 
 def _pull_n(model: mujoco.MjModel, data: mujoco.MjData, actuators: tuple[int, ...]) -> float:
-    """Return the greatest tension of some actuators together at the ends of their ranges [N]; 0 if unknown.
-
-    Source: MuJoCo documentation, Computation, actuation model: force = gain * control + bias, tension = -gear * force.
-    """
+    """Return the greatest tension of some actuators together at the ends of their ranges [N]; 0 if unknown."""
     total = 0.0
     for actuator in actuators:
-        if int(model.actuator_gaintype[actuator]) != _FIXED_GAIN or not model.actuator_ctrllimited[actuator]:
+        control, length = control_of(model, actuator), float(data.actuator_length[output_of(model, actuator)])
+        if int(model.actuator_gaintype[actuator]) != _FIXED_GAIN or not model.actuator_ctrllimited[control]:
             return 0.0
-        bias = model.actuator_biasprm[actuator]
-        length = float(data.actuator_length[actuator])
-        forces = model.actuator_gainprm[actuator, 0] * model.actuator_ctrlrange[actuator] + bias[0] + bias[1] * length
-        if model.actuator_forcelimited[actuator]:
-            forces = np.clip(forces, *model.actuator_forcerange[actuator])
-        total += float(max(0.0, *(-model.actuator_gear[actuator, 0] * forces)))
+        forces = end_forces(model, actuator, length, *model.actuator_ctrlrange[control])
+        if forces is None:
+            return 0.0
+        total += max(0.0, *(-force for force in forces))
     return total

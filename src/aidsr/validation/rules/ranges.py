@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 
 from aidsr.core.artifacts import Fault
+from aidsr.sim.actuator_force import control_of
 from aidsr.sim.soft_body import SERIES_JOINTS
 from aidsr.sim.structure import Chain
 from aidsr.validation.consequences import COLLAPSE, NO_MOTION, SHAKING
@@ -26,10 +27,10 @@ def _find_ctrlrange_missing(robot: RobotUnderTest) -> Iterator[Fault]:
     missing = [
         actuator
         for actuator in robot.structure.actuators
-        if not model.actuator_ctrllimited[int(model.actuator_ctrladr[actuator])]
+        if not model.actuator_ctrllimited[control_of(model, actuator)]
     ]
     if missing:
-        ranges = [model.actuator_ctrlrange[int(model.actuator_ctrladr[actuator])] for actuator in missing]
+        ranges = [model.actuator_ctrlrange[control_of(model, actuator)] for actuator in missing]
         inverted = any(low > high for low, high in ranges)
         yield CTRLRANGE_MISSING.fault(
             "control range without low < high" if inverted else "no control range",

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 import mujoco
 
 from aidsr.core.artifacts import Fault
+from aidsr.sim.actuator_force import servo_target
 from aidsr.sim.drive import Drive, read_drives
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
 
 _AFFINE = int(mujoco.mjtBias.mjBIAS_AFFINE)
-_INTEGRATOR = int(mujoco.mjtDyn.mjDYN_INTEGRATOR)
 
 
 def _find_inverted_signs(robot: RobotUnderTest) -> Iterator[Fault]:
@@ -71,12 +71,8 @@ def _feedback(model: mujoco.MjModel, actuator: int) -> float:
 
 def _aims_below_zero(model: mujoco.MjModel, drive: Drive) -> bool:
     """Return whether the length at which a servo gives no force is negative at every command."""
-    actuator = drive.actuator
-    stiffness = -float(model.actuator_biasprm[actuator, 1]) * float(model.actuator_gear[actuator, 0])
-    if int(model.actuator_biastype[actuator]) != _AFFINE or int(model.actuator_dyntype[actuator]) == _INTEGRATOR:
-        return False
-    gain, offset = float(model.actuator_gainprm[actuator, 0]), float(model.actuator_biasprm[actuator, 0])
-    return stiffness != 0 and max((gain * end + offset) / stiffness for end in (drive.low, drive.high)) < 0
+    targets = [servo_target(model, drive.actuator, command) for command in (drive.low, drive.high)]
+    return all(target is not None and target < 0 for target in targets)
 
 
 def _only_pushes(drive: Drive) -> bool:

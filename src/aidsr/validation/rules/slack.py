@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import Fault
+from aidsr.sim.actuator_force import servo_target
 from aidsr.sim.drive import Drive
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
@@ -16,8 +16,6 @@ SLACK_SHARE = 0.3
 _SLACK_LENGTH = 0.01
 """Largest share of a servo's commands with which its cable is slack in every pose; and the excess length / longest path
 above which a cable is slack. Our choice."""
-_AFFINE = int(mujoco.mjtBias.mjBIAS_AFFINE)
-_INTEGRATOR = int(mujoco.mjtDyn.mjDYN_INTEGRATOR)
 
 
 def _find_slack_tendons(robot: RobotUnderTest) -> Iterator[Fault]:
@@ -53,14 +51,12 @@ def _find_slack_tendons(robot: RobotUnderTest) -> Iterator[Fault]:
 
 def _paid_out_m(robot: RobotUnderTest, drive: Drive) -> tuple[float, float] | None:
     """Return the shortest and longest cable that a tendon servo can be commanded to [m]; None for other actuators."""
-    model, actuator = robot.model, drive.actuator
-    stiffness = -float(model.actuator_biasprm[actuator, 1]) * float(model.actuator_gear[actuator, 0])
-    servo = int(model.actuator_biastype[actuator]) == _AFFINE and int(model.actuator_dyntype[actuator]) != _INTEGRATOR
-    if not drive.on_tendon or not servo or stiffness == 0 or drive.low >= drive.high:
+    if not drive.on_tendon or drive.low >= drive.high:
         return None
-    gain, offset = float(model.actuator_gainprm[actuator, 0]), float(model.actuator_biasprm[actuator, 0])
-    lengths = sorted((gain * command + offset) / stiffness for command in (drive.low, drive.high))
-    return None if lengths[0] == lengths[1] else (lengths[0], lengths[1])
+    one, other = (servo_target(robot.model, drive.actuator, command) for command in (drive.low, drive.high))
+    if one is None or other is None or one == other:
+        return None
+    return min(one, other), max(one, other)
 
 
 def _longest_path_m(robot: RobotUnderTest, drive: Drive) -> float:

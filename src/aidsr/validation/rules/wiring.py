@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import Fault
+from aidsr.sim.actuator_force import gear_of
 from aidsr.sim.poses import bent_pose
 from aidsr.sim.structure import Tendon
 from aidsr.validation.consequences import NO_MOTION
@@ -30,7 +31,7 @@ def _find_zero_gear(robot: RobotUnderTest) -> Iterator[Fault]:
     dead = [
         actuator
         for actuator in robot.structure.actuators
-        if not model.actuator_gear[actuator].any()
+        if not gear_of(model, actuator).any()
         or (
             int(model.actuator_gaintype[actuator]) in _SIMPLE_GAINS
             and not model.actuator_gainprm[actuator].any()

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.core.artifacts import ActuatorGroup
+from aidsr.sim.actuator_force import control_of
 from aidsr.sim.command import command_of, is_spatial
 from aidsr.sim.drive import Drive, held_forces
 from aidsr.sim.ownership import ROBOT_PREFIX
@@ -59,9 +60,10 @@ def _others(model: mujoco.MjModel, drives: Sequence[Drive], neutral: NDArray[np.
     """Return a slider for each actuator that is not the robot's, over its control range."""
     facts = []
     for actuator in sorted(set(range(model.nactuator)) - {drive.actuator for drive in drives}):
-        limited = bool(model.actuator_ctrllimited[actuator])
-        low, high = model.actuator_ctrlrange[actuator] if limited else (-_UNLIMITED_END, _UNLIMITED_END)
-        at = int(model.actuator_ctrladr[actuator])
+        at = control_of(model, actuator)
+        low, high = (
+            model.actuator_ctrlrange[at] if model.actuator_ctrllimited[at] else (-_UNLIMITED_END, _UNLIMITED_END)
+        )
         facts.append(
             {
                 "name": name_of(model, _ACTUATOR, actuator),
