@@ -89,3 +89,24 @@ def test_a_change_around_the_robot_is_found(words, change):
     assert all(word in found for word in words.split(" has"))
     with pytest.raises(UserError, match="not a scene of reaching/button_pushing"):
         TaskScene.of(spec.to_xml(), "button_pushing")
+
+
+COUPLINGS = {
+    "joints": '<joint joint1="bend" joint2="curl"/>',
+    "one joint": '<joint joint1="curl"/>',
+    "tendons": '<tendon tendon1="all" tendon2="last"/>',
+}
+
+
+@pytest.mark.parametrize("equality", COUPLINGS.values(), ids=COUPLINGS)
+def test_a_coupling_inside_the_robot_is_none_of_the_environment(equality):
+    tip = '<body pos="0 0 0.2"><joint name="curl" axis="0 1 0" stiffness="0.2"/><geom size="0.01" mass="0.01"/></body>'
+    text = ROBOT.mjcf.replace('mass="0.05"/>', f'mass="0.05"/>{tip}')
+    bend, curl = (f'<joint joint="{name}" coef="1"/>' for name in ("bend", "curl"))
+    tendons = f'<fixed name="all">{bend}{curl}</fixed><fixed name="last">{curl}</fixed>'
+    text = text.replace("<actuator>", f"<tendon>{tendons}</tendon><equality>{equality}</equality><actuator>")
+    task = load_task("button_pushing")
+    robot = ROBOT.model_copy(update={"mjcf": text})
+    scene = assemble(robot, task.environment, Placement(mount="mount", base="fixed"), task.sensors).mjcf
+    environment = mujoco.MjModel.from_xml_string(task.environment)
+    assert find_environment_change(mujoco.MjModel.from_xml_string(scene), environment) == ""

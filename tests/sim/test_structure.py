@@ -140,3 +140,16 @@ def test_a_scene_is_split_by_names() -> None:
     assert structure.free_roots == ()
     assert len(structure.actuators) == len(structure.tendons) == 2
     assert structure.mass_kg == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize(("equality", "owned"), [("", 1), ('<joint joint1="one" joint2="other"/>', 2)])
+def test_a_finger_that_is_coupled_to_another_is_no_loose_object(equality: str, owned: int) -> None:
+    fingers = "".join(
+        f'<body name="{name}" pos="{x} 0 0"><joint name="{name}"/><geom size="0.01"/></body>'
+        for x, name in enumerate(("one", "other"))
+    )
+    _, structure = structure_of(
+        f"<mujoco><worldbody>{fingers}</worldbody><equality>{equality}</equality>"
+        f'<actuator><motor joint="one"/></actuator></mujoco>'
+    )
+    assert len(structure.bodies) == owned

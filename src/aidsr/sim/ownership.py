@@ -16,6 +16,7 @@ WRAP_SURFACES = (int(mujoco.mjtWrap.mjWRAP_SPHERE), int(mujoco.mjtWrap.mjWRAP_CY
 _TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
 _JOINT = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
 _BODY = int(mujoco.mjtTrn.mjTRN_BODY)
+_JOINING = (int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD))
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,7 @@ def _loose_objects(model: mujoco.MjModel) -> list[int]:
     }
     joined |= {body for tendon in range(model.ntendon) for body in tendon_bodies(model, tendon)}
     joined |= {body for actuator in range(model.nactuator) for body in _actuated_bodies(model, actuator)}
-    joined |= {body for equality in range(model.neq) for body in _equal_bodies(model, equality)}
+    joined |= {body for equality in range(model.neq) for body in equality_bodies(model, equality)}
     alive = {int(model.body_rootid[body]) for body in joined if body}
     free = [int(model.jnt_bodyid[joint]) for joint in range(model.njnt) if _is_root(model, joint)]
     return [body for body in dict.fromkeys(free) if body not in alive] if alive else []
@@ -111,12 +112,27 @@ def _is_root(model: mujoco.MjModel, joint: int) -> bool:
     return int(model.body_parentid[model.jnt_bodyid[joint]]) == 0
 
 
-def _equal_bodies(model: mujoco.MjModel, equality: int) -> list[int]:
-    """Return the bodies that an equality constraint connects, by bodies or by sites."""
-    kind, ends = int(model.eq_objtype[equality]), (model.eq_obj1id[equality], model.eq_obj2id[equality])
-    if kind == int(mujoco.mjtObj.mjOBJ_SITE):
-        return [int(model.site_bodyid[end]) for end in ends]
-    return [int(end) for end in ends] if kind == int(mujoco.mjtObj.mjOBJ_BODY) else []
+def equality_bodies(model: mujoco.MjModel, equality: int) -> tuple[int, ...]:
+    """Return the bodies that an equality constraint concerns, in order; empty for constraints of flexes.
+
+    These are the two bodies that a connect or weld constraint joins, also if it is given by sites, or the bodies of the
+    joints or tendons that the constraint couples. A joint or tendon that is held alone has no second one.
+    """
+    kind = int(model.eq_type[equality])
+    ends = [int(end) for end in (model.eq_obj1id[equality], model.eq_obj2id[equality]) if end >= 0]
+    if kind == int(mujoco.mjtEq.mjEQ_JOINT):
+        return tuple(int(model.jnt_bodyid[end]) for end in ends)
+    if kind == int(mujoco.mjtEq.mjEQ_TENDON):
+        return tuple(body for end in ends for body in tendon_bodies(model, end))
+    if kind not in _JOINING:
+        return ()
+    by_sites = int(model.eq_objtype[equality]) == int(mujoco.mjtObj.mjOBJ_SITE)
+    return tuple(int(model.site_bodyid[end]) if by_sites else end for end in ends)
+
+
+def joins_bodies(model: mujoco.MjModel, equality: int) -> bool:
+    """Return whether an equality constraint is a connect or weld constraint."""
+    return int(model.eq_type[equality]) in _JOINING
 
 
 def _actuated_bodies(model: mujoco.MjModel, actuator: int) -> list[int]:

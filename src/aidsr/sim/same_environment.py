@@ -9,8 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from aidsr.sim.ownership import read_ownership
-from aidsr.sim.structure import equality_bodies
+from aidsr.sim.ownership import equality_bodies, read_ownership
 
 _OPTIONS = (
     "gravity", "wind", "magnetic", "density", "viscosity", "impratio", "integrator", "cone", "disableflags",
@@ -93,7 +92,7 @@ class _Environment:
             mine = self.owned.actuator if self.owned.is_scene else lambda _: False
             return [index for index in range(model.nactuator) if not mine(index)]
         if kind == "eq":
-            return [index for index in range(model.neq) if set(_ends(model, index)) <= bodies]
+            return [index for index in range(model.neq) if set(equality_bodies(model, index)) <= bodies]
         return [index for index in range(model.nsensor) if self.name(kind, index)]
 
     def refers_to(self, kind: str, index: int) -> tuple[str, ...]:
@@ -107,7 +106,7 @@ class _Environment:
             pairs = [(getattr(model, f"sensor_{a}")[index], getattr(model, f"sensor_{b}")[index]) for a, b in ends]
             return tuple(mujoco.mj_id2name(model, int(a), int(b)) or "" for a, b in pairs if b >= 0)
         if kind == "eq":
-            return tuple(self.name("body", body) for body in _ends(model, index))
+            return tuple(self.name("body", body) for body in equality_bodies(model, index))
         return ()
 
     def contacts(self) -> list[tuple[str, ...]]:
@@ -124,10 +123,6 @@ class _Environment:
         if kind == "dof":
             return self.name("jnt", int(self.model.dof_jntid[index]))
         return mujoco.mj_id2name(self.model, _KINDS[kind], index) or ""
-
-
-def _ends(model: mujoco.MjModel, equality: int) -> list[int]:
-    return list(equality_bodies(model, equality))
 
 
 def _differences(scene: _Environment, wanted: _Environment) -> Iterator[str]:

@@ -8,9 +8,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from aidsr.sim.ownership import equality_bodies, joins_bodies
 from aidsr.sim.scope_reader import GRAVITY_M_S2, ScopeFinding, ScopeReader
 from aidsr.sim.soft_body import unlocked_dofs
-from aidsr.sim.structure import equality_bodies
 
 Vector = NDArray[np.float64]
 
@@ -143,7 +143,7 @@ def find_outside_holds(reader: ScopeReader) -> Iterator[ScopeFinding]:
     ours = set(structure.bodies)
     held: list[str] = []
     for equality in np.flatnonzero(np.asarray(model.eq_active0)).tolist():
-        ends = equality_bodies(model, equality)
+        ends = equality_bodies(model, equality) if joins_bodies(model, equality) else ()
         apart = len({int(model.body_weldid[end]) for end in ends}) > 1
         if apart and len([end for end in ends if end in ours]) == 1:
             held.append(reader.name("EQUALITY", equality))

@@ -12,6 +12,8 @@ from aidsr.sim.extent import characteristic_length_m
 from aidsr.sim.ownership import (
     WRAP_JOINT,
     WRAP_SITE,
+    equality_bodies,
+    joins_bodies,
     read_ownership,
     tendon_bodies,
     tendon_wraps,
@@ -24,8 +26,6 @@ _HINGE, _BALL, _SLIDE, _FREE = (
     int(getattr(mujoco.mjtJoint, f"mjJNT_{kind}")) for kind in ("HINGE", "BALL", "SLIDE", "FREE")
 )
 _TURNING = (_HINGE, _BALL)
-_JOINING = (int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD))
-_OF_SITES = int(mujoco.mjtObj.mjOBJ_SITE)
 _TENDON_TRANSMISSION = int(mujoco.mjtTrn.mjTRN_TENDON)
 
 _SAME_POINT = 1e-3
@@ -175,18 +175,11 @@ def read_structure(model: mujoco.MjModel) -> Structure:
 
 def joined_bodies(model: mujoco.MjModel) -> set[frozenset[int]]:
     """Return the pairs of bodies that an active connect or weld constraint joins, whether given by bodies or sites."""
-    joining = np.flatnonzero(np.isin(model.eq_type, _JOINING) & (model.eq_active0 != 0))
-    return {frozenset(equality_bodies(model, equality)) for equality in joining.tolist()}
-
-
-def equality_bodies(model: mujoco.MjModel, equality: int) -> tuple[int, ...]:
-    """Return the two bodies that a connect or weld constraint joins; empty for other equality constraints."""
-    if int(model.eq_type[equality]) not in _JOINING:
-        return ()
-    ends = (int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality]))
-    if int(model.eq_objtype[equality]) == _OF_SITES:
-        return tuple(int(model.site_bodyid[end]) for end in ends)
-    return ends
+    return {
+        frozenset(equality_bodies(model, equality))
+        for equality in np.flatnonzero(model.eq_active0).tolist()
+        if joins_bodies(model, equality)
+    }
 
 
 def _moving_bodies(model: mujoco.MjModel, owned: tuple[int, ...]) -> tuple[int, ...]:
