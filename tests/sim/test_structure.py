@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import mujoco
+import numpy as np
 import pytest
 
+from aidsr.sim.extent import bounding_box_m
 from aidsr.sim.structure import Structure, name_of, names_of, read_structure
 
 
@@ -153,3 +157,22 @@ def test_a_finger_that_is_coupled_to_another_is_no_loose_object(equality: str, o
         f'<actuator><motor joint="one"/></actuator></mujoco>'
     )
     assert len(structure.bodies) == owned
+
+
+def test_the_box_of_a_mesh_is_that_of_its_vertices() -> None:
+    """The centre of mass of a wedge, at which MuJoCo puts the geom's origin, is not the centre of its box."""
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><asset><mesh name="wedge" vertex="0 0 0  0.3 0 0  0 0.2 0  0 0 0.1"/></asset><worldbody>'
+        '<body pos="1 0 0" euler="0 0 90"><geom type="mesh" mesh="wedge"/></body></worldbody></mujoco>'
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    vertices = model.mesh_vert @ data.geom_xmat[0].reshape(3, 3).T + data.geom_xpos[0]
+    low, high = bounding_box_m(model, data, [1])
+    # the box of the geom is along its principal axes of inertia and encloses the vertices
+    assert (low <= vertices.min(axis=0) + 1e-9).all()
+    assert (high >= vertices.max(axis=0) - 1e-9).all()
+    corners = np.array(list(product((-1, 1), repeat=3))) * model.geom_aabb[0, 3:] + model.geom_aabb[0, :3]
+    corners = corners @ data.geom_xmat[0].reshape(3, 3).T + data.geom_xpos[0]
+    assert low == pytest.approx(corners.min(axis=0))
+    assert high == pytest.approx(corners.max(axis=0))

@@ -51,9 +51,9 @@ def bounding_box_m(model: mujoco.MjModel, data: mujoco.MjData, bodies: Iterable[
     bodies = tuple(bodies)
     lows, highs = [], []
     for geom in _geoms(model, bodies):
-        half = _half_extent_m(model, data, geom)
-        lows.append(data.geom_xpos[geom] - half)
-        highs.append(data.geom_xpos[geom] + half)
+        low, high = _geom_box_m(model, data, geom)
+        lows.append(low)
+        highs.append(high)
     if not lows:
         points = data.xpos[list(bodies)] if bodies else np.zeros((1, 3))
         return points.min(axis=0), points.max(axis=0)
@@ -69,16 +69,21 @@ def _geoms(model: mujoco.MjModel, bodies: Iterable[int]) -> list[int]:
     ]
 
 
-def _half_extent_m(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Vector:
-    """Return the half size of a geom's bounding box along the world's axes, measured from its origin, (3,) [m]."""
+def _geom_box_m(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> tuple[Vector, Vector]:
+    """Return the lowest and highest world coordinates of a geom's bounding box, (3,) each [m].
+
+    The box of a mesh need not be centred on the origin of its geom.
+    """
     kind, size = int(model.geom_type[geom]), model.geom_size[geom]
-    rotation = data.geom_xmat[geom].reshape(3, 3)
+    centre, rotation = data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)
     if kind == _SPHERE:
-        return np.full(3, size[0])
-    if kind == _CAPSULE:
-        return np.asarray(np.abs(rotation[:, 2]) * size[1] + size[0])
-    box = model.geom_aabb[geom]
-    return np.asarray(np.abs(rotation @ box[:3]) + np.abs(rotation) @ box[3:])
+        half = np.full(3, size[0])
+    elif kind == _CAPSULE:
+        half = np.asarray(np.abs(rotation[:, 2]) * size[1] + size[0])
+    else:
+        box = model.geom_aabb[geom]
+        centre, half = centre + rotation @ box[:3], np.abs(rotation) @ box[3:]
+    return centre - half, centre + half
 
 
 def _farthest_m(model: mujoco.MjModel, data: mujoco.MjData, geom: int, point: Vector) -> float:
@@ -99,23 +104,23 @@ def _longest_path_m(model: mujoco.MjModel, data: mujoco.MjData, moving: tuple[in
 
     0 if no body moves.
     """
-    way: dict[int, tuple[float, Vector]] = {}
+    paths: dict[int, tuple[float, Vector]] = {}
     longest_m = 0.0
     for body in moving:
-        way[body] = _follow(model, data, body, way)
-        travelled_m, anchor = way[body]
+        paths[body] = _follow(model, data, body, paths)
+        travelled_m, anchor = paths[body]
         reach_m = max((_farthest_m(model, data, geom, anchor) for geom in _geoms(model, [body])), default=0.0)
         longest_m = max(longest_m, travelled_m + reach_m)
     return longest_m
 
 
 def _follow(
-    model: mujoco.MjModel, data: mujoco.MjData, body: int, way: Mapping[int, tuple[float, Vector]]
+    model: mujoco.MjModel, data: mujoco.MjData, body: int, paths: Mapping[int, tuple[float, Vector]]
 ) -> tuple[float, Vector]:
     """Return the length of the path to a body's last joint [m], and the world position of that joint."""
     first = int(model.body_jntadr[body])
     anchors = [data.xanchor[first + k] for k in range(model.body_jntnum[body])]
-    travelled_m, here = way.get(int(model.body_parentid[body]), (0.0, anchors[0] if anchors else data.xpos[body]))
+    travelled_m, here = paths.get(int(model.body_parentid[body]), (0.0, anchors[0] if anchors else data.xpos[body]))
     for anchor in anchors:
         travelled_m += float(np.linalg.norm(anchor - here))
         here = anchor
