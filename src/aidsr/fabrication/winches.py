@@ -14,6 +14,7 @@ from aidsr.core.motors import Fit, cheapest_motor, fastest_motor
 from aidsr.fabrication.anatomy import Anatomy
 from aidsr.fabrication.materials import Line, Sheath, line_for, lines, sheath_for
 from aidsr.fabrication.stations import SPARE_TURNS, Drum
+from aidsr.mjcf.names import ROBOT_PREFIX
 
 SHEATH_FRICTION = 0.1
 """Coefficient of friction of UHMWPE or steel in PTFE. Source: PTFE on polished steel 0.05 to 0.1; the upper end."""
@@ -96,7 +97,7 @@ def demands(anatomy: Anatomy, reports: Iterable[ValidationReport]) -> dict[str, 
     names = {cable.actuator for cable in anatomy.cables if cable.actuator}
     for report in reports:
         for name, motor in report.measurements.get("motors", {}).items():
-            own = name.removeprefix("robot/")
+            own = name.removeprefix(ROBOT_PREFIX)
             if own not in names:
                 continue
             known = most.get(own, Demand(0.0, 0.0, 0.0))

@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 
 from aidsr.core.artifacts import Critique, Fault, TaskReport, ValidationReport
 from aidsr.core.roles import Feedback
-
-_ROBOT = "robot/"
+from aidsr.mjcf.names import ROBOT_PREFIX
 
 _MOST_PROBLEMS = 3
 """Number of problems reported in full when a design is given up; its files contain all of them. Our choice."""
@@ -93,7 +92,7 @@ def _is_of_placement(fault: Fault) -> bool:
     from aidsr.validation.registry import find_rule  # loads MuJoCo
 
     rule = find_rule(fault.code)
-    touches_environment = any(not name.startswith(_ROBOT) for name in fault.names)
+    touches_environment = any(not name.startswith(ROBOT_PREFIX) for name in fault.names)
     return touches_environment or (rule is not None and rule.blame == "integrator")
 
 

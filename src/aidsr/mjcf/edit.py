@@ -9,13 +9,11 @@ from lxml import etree
 from aidsr.mjcf.defaults import default_classes, setting
 from aidsr.mjcf.elements import Element, elements
 from aidsr.mjcf.elements import numbers as parse_numbers
+from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.mjcf.read import parse_document
 
 Value = str | float | bool | Sequence[float]
 """Type of the value of an MJCF attribute."""
-
-_ROBOT_PREFIX = "robot/"
-"""Prefix that scene assembly puts before a robot's names; reports about a scene contain it."""
 
 _JOINT_USERS = ("fixed", "equality")
 """Elements in which a <joint> is a reference to a joint."""
@@ -44,7 +42,7 @@ def to_text(root: Element) -> str:
 
 def without_prefix(name: str) -> str:
     """Return a name without the prefix that scene assembly adds to a robot's names."""
-    return name.removeprefix(_ROBOT_PREFIX)
+    return name.removeprefix(ROBOT_PREFIX)
 
 
 def section(root: Element, tag: str) -> Element:

@@ -10,6 +10,8 @@ from aidsr.core.artifacts import Fault
 from aidsr.core.suggestions import closest_name
 from aidsr.mjcf.elements import Element, attributes, elements, join, line_of, load_fault
 
+ROBOT_PREFIX = "robot/"
+"""Prefix that scene assembly puts before every name of the robot. A model without such names is a robot alone."""
 _SECTIONS = frozenset({"actuator", "sensor", "equality", "tendon"})
 """Sections whose elements share one namespace, whatever their tag: a <motor> and a <position> are both actuators."""
 _KINDS = {kind: kind for kind in ("body", "joint", "geom", "site", "camera", "light", "frame", "skin", "flex")}

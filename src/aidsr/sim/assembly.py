@@ -20,10 +20,10 @@ from aidsr.core.errors import MjcfError
 from aidsr.core.suggestions import closest_name
 from aidsr.mjcf.compile import compile_mjcf, load_mjcf, warnings_as_notes
 from aidsr.mjcf.elements import Element
+from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.sandbox.isolated import isolated
 from aidsr.sim.beam import solref
 from aidsr.sim.functional_part import FUNCTIONAL_SITE, FunctionalPart, find_functional_part, part_names
-from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.placement import (
     attach_robot,
     check_environment,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 
 import mujoco
@@ -12,7 +13,7 @@ Vector = NDArray[np.float64]
 
 _SPHERE = int(mujoco.mjtGeom.mjGEOM_SPHERE)
 _CAPSULE = int(mujoco.mjtGeom.mjGEOM_CAPSULE)
-_UNBOUNDED = (int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD))
+UNBOUNDED = (int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD))
 _CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
 
 
@@ -65,7 +66,7 @@ def _geoms(model: mujoco.MjModel, bodies: Iterable[int]) -> list[int]:
         geom
         for body in bodies
         for geom in range(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body])
-        if int(model.geom_type[geom]) not in _UNBOUNDED
+        if int(model.geom_type[geom]) not in UNBOUNDED
     ]
 
 
@@ -94,9 +95,21 @@ def _farthest_m(model: mujoco.MjModel, data: mujoco.MjData, geom: int, point: Ve
         along = rotation[:, 2] * (size[1] if kind == _CAPSULE else 0.0)
         ends = np.stack([centre + along, centre - along])
         return float(np.linalg.norm(ends - point, axis=1).max() + size[0])
-    box = model.geom_aabb[geom]
-    corners = centre + (box[:3] + _CORNERS * box[3:]) @ rotation.T
-    return float(np.linalg.norm(corners - point, axis=1).max())
+    return float(np.linalg.norm(box_corners_m(model, data, geom) - point, axis=1).max())
+
+
+def box_corners_m(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Vector:
+    """Return the corners of a geom's bounding box along its own axes, in world coordinates, (8, 3) [m]."""
+    box, rotation = model.geom_aabb[geom], data.geom_xmat[geom].reshape(3, 3)
+    return np.asarray(data.geom_xpos[geom] + (box[:3] + _CORNERS * box[3:]) @ rotation.T)
+
+
+def half_width_m(model: mujoco.MjModel, geom: int) -> float:
+    """Return the smallest half width of a geom [m], infinite for planes and height fields.
+
+    It is the largest depth that a point can have inside a sphere, capsule, cylinder, box or ellipsoid.
+    """
+    return math.inf if int(model.geom_type[geom]) in UNBOUNDED else float(model.geom_aabb[geom, 3:].min())
 
 
 def _longest_path_m(model: mujoco.MjModel, data: mujoco.MjData, moving: tuple[int, ...]) -> float:

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from aidsr.sim.ownership import ROBOT_PREFIX
+from aidsr.mjcf.names import ROBOT_PREFIX
 
 FUNCTIONAL_SITE = f"{ROBOT_PREFIX}functional_part"
 """Name of the site that marks the working point of the robot in a scene."""

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import mujoco
 
-ROBOT_PREFIX = "robot/"
-"""Prefix that scene assembly puts before every name of the robot. A model without such names is a robot alone."""
+from aidsr.mjcf.names import ROBOT_PREFIX
 
 WRAP_JOINT = int(mujoco.mjtWrap.mjWRAP_JOINT)
 WRAP_SITE = int(mujoco.mjtWrap.mjWRAP_SITE)

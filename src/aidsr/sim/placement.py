@@ -14,7 +14,7 @@ from aidsr.core.artifacts import Fault, Placement
 from aidsr.core.errors import MjcfError
 from aidsr.mjcf.compile import Loaded
 from aidsr.mjcf.elements import elements, join
-from aidsr.sim.ownership import ROBOT_PREFIX
+from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.sim.strip_scenery import delete_dangling_references, is_free
 
 Vector = NDArray[np.float64]

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from aidsr.sim.extent import bounding_box_m
+from aidsr.sim.extent import UNBOUNDED, bounding_box_m
 from aidsr.sim.placement import first_shapes
 from aidsr.sim.scope_reader import ScopeFinding, ScopeReader
 
@@ -27,7 +26,6 @@ MARGIN_SHARE = 0.02
 far smaller."""
 MOUNTED_SHARE = 0.3
 """Distance / L from the mounted part within which bodies of a limb may pass through the mount. Our choice."""
-_FLAT = (int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD))
 
 
 def _collides(reader: ScopeReader) -> dict[int, bool]:
@@ -57,7 +55,7 @@ def find_ghosts(reader: ScopeReader) -> Iterator[ScopeFinding]:
     moving = [
         g
         for g in structure.geoms
-        if int(model.geom_bodyid[g]) in structure.moving and int(model.geom_type[g]) not in _FLAT
+        if int(model.geom_bodyid[g]) in structure.moving and int(model.geom_type[g]) not in UNBOUNDED
     ]
     solid = [g for g in structure.geoms if collides[g]]
     ghosts = [g for g in moving if not collides[g]]

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.sim.ownership import equality_bodies, joins_bodies
-from aidsr.sim.scope_reader import GRAVITY_M_S2, ScopeFinding, ScopeReader
+from aidsr.sim.scope_reader import ScopeFinding, ScopeReader
 from aidsr.sim.soft_body import unlocked_dofs
+from aidsr.sim.structure import STANDARD_GRAVITY_M_S2
 
 Vector = NDArray[np.float64]
 
@@ -117,7 +118,7 @@ def _throws(reader: ScopeReader, joint: int) -> bool:
         return False
     stretch = abs(float(model.qpos0[at] - model.qpos_spring[at]))
     lever_m = float(np.linalg.norm(data.subtree_com[body] - data.xanchor[joint]))
-    carried = float(model.body_subtreemass[body]) * GRAVITY_M_S2 * lever_m
+    carried = float(model.body_subtreemass[body]) * STANDARD_GRAVITY_M_S2 * lever_m
     torque = abs(float(model.jnt_stiffness[joint])) * stretch
     return stretch > _PRELOAD_RAD and torque > _PRELOAD_SHARE * carried
 
@@ -127,7 +128,7 @@ def find_outside_forces(reader: ScopeReader) -> Iterator[ScopeFinding]:
     model = reader.model
     lifted = [body for body in reader.structure.bodies if model.body_gravcomp[body] != 0]
     if lifted:
-        force_n = GRAVITY_M_S2 * sum(
+        force_n = STANDARD_GRAVITY_M_S2 * sum(
             abs(float(model.body_gravcomp[body])) * float(model.body_mass[body]) for body in lifted
         )
         names = tuple(reader.name("BODY", body) for body in lifted)

@@ -19,7 +19,6 @@ length in a strongly bent limb."""
 
 _JNT = mujoco.mjtJoint
 _FREE = int(_JNT.mjJNT_FREE)
-GRAVITY_M_S2 = 9.81
 
 
 @dataclass(frozen=True)
@@ -64,7 +63,7 @@ class ScopeReader:
         self.data = mujoco.MjData(model)
         mujoco.mj_forward(model, self.data)
         self.length_m = structure.characteristic_length_m
-        self.weight_n = structure.mass_kg * GRAVITY_M_S2
+        self.weight_n = structure.weight_n
         self.tendons = {tendon.id: tendon for tendon in structure.tendons}
         self.pushes = self._read_pushes()
         self.cables = tuple(a for a in structure.tendon_actuators if self._pulls_cable(a))

@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.sim.drive import read_drives
+from aidsr.sim.extent import UNBOUNDED, box_corners_m
 from aidsr.sim.poses import bent_pose
-from aidsr.sim.structure import Structure
+from aidsr.sim.structure import SAME_POINT, Structure
+from aidsr.sim.tendon_effects import length_gradient
 
 Vector = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -36,16 +38,11 @@ _LOCKED = 1e-3
 EVEN_JOINTS = 2.0
 """Smallest effective number of bent joints, (sum b)^2 / sum b^2 with the bends b, of a limb that shares its bending
 among its joints. Our choice: the number is 1 to 1.6 for a rod on one soft hinge, and 3 for three equal joints."""
-_SAME_POINT = 1e-3
-"""Distance / L below which two joints turn about the same point, as in `aidsr.sim.structure`."""
 _LONG_LINK = 2.0
 """Link length / median link length above which the remainder of a link counts as rigid. Our choice."""
-_GRAVITY_M_S2 = 9.81
 
 _HINGE, _BALL = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL)
 _SLIDE, _FREE = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_FREE)
-_FLAT = (int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD))
-_CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
 
 
 @dataclass(frozen=True)
@@ -99,7 +96,7 @@ def read_soft_body(model: mujoco.MjModel, structure: Structure, cables: Iterable
     holding = _holding(model)
     room_rad = _room(model)
     torque = _cable_torques(model, data, structure, cables)
-    weight = structure.mass_kg * _GRAVITY_M_S2 * structure.characteristic_length_m
+    weight = structure.weight_n * structure.characteristic_length_m
     lengths_m = _slide_unit(model, structure)
     with np.errstate(divide="ignore", invalid="ignore"):
         bend_rad = np.where(torque > 0, np.minimum(torque / holding, room_rad), 0.0) / lengths_m
@@ -149,11 +146,9 @@ def _cable_torques(model: mujoco.MjModel, data: mujoco.MjData, structure: Struct
             continue
         pull_n = max(-drive.force_low_n, -drive.force_high_n, 0.0)
         tendon = int(model.actuator_trnid[drive.actuator, 0])
-        first, count = int(model.ten_J_rowadr[tendon]), int(model.ten_J_rownnz[tendon])
-        columns = model.ten_J_colind[first : first + count]
-        arms = np.abs(bent.ten_J.reshape(-1)[first : first + count])
+        arms = np.abs(length_gradient(model, bent, tendon))
         arms[arms < _LEVER * structure.characteristic_length_m] = 0.0
-        largest[columns] = np.maximum(largest[columns], pull_n * arms)
+        largest = np.maximum(largest, pull_n * arms)
     return np.asarray(np.maximum(largest - np.asarray(model.dof_frictionloss), 0.0))
 
 
@@ -243,9 +238,7 @@ def _series(
         body: float(np.linalg.norm(anchors[body] - anchors[parent])) if parent else 0.0
         for body, parent in before.items()
     }
-    new = {
-        body: not before[body] or ways_m[body] >= _SAME_POINT * structure.characteristic_length_m for body in bending
-    }
+    new = {body: not before[body] or ways_m[body] >= SAME_POINT * structure.characteristic_length_m for body in bending}
     series, kept = 0, set[int]()
     for leaf in set(bending) - set(before.values()):
         line = [leaf]
@@ -323,10 +316,8 @@ def _cloud(model: mujoco.MjModel, data: mujoco.MjData, bodies: Iterable[int]) ->
     for body in bodies:
         for geom in range(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body]):
             solid = model.geom_contype[geom] or model.geom_conaffinity[geom]
-            if solid and int(model.geom_type[geom]) not in _FLAT:
-                box = model.geom_aabb[geom]
-                rotation = data.geom_xmat[geom].reshape(3, 3)
-                points.append(data.geom_xpos[geom] + (box[:3] + _CORNERS * box[3:]) @ rotation.T)
+            if solid and int(model.geom_type[geom]) not in UNBOUNDED:
+                points.append(box_corners_m(model, data, geom))
     return np.concatenate(points) if points else np.zeros((0, 3))
 
 

@@ -28,7 +28,8 @@ _HINGE, _BALL, _SLIDE, _FREE = (
 _TURNING = (_HINGE, _BALL)
 _TENDON_TRANSMISSION = int(mujoco.mjtTrn.mjTRN_TENDON)
 
-_SAME_POINT = 1e-3
+STANDARD_GRAVITY_M_S2 = 9.81
+SAME_POINT = 1e-3
 """Distance / L below which two joints turn about the same point, like a universal joint made of two hinges. Our choice:
 a hundredth of a segment of a ten-segment limb."""
 
@@ -119,6 +120,11 @@ class Structure:
     mass_kg: float
     opposite_pairs: tuple[tuple[int, int], ...]
     symmetric_groups: tuple[tuple[int, ...], ...]
+
+    @property
+    def weight_n(self) -> float:
+        """Weight of the moving bodies on Earth [N]."""
+        return self.mass_kg * STANDARD_GRAVITY_M_S2
 
     @property
     def marks(self) -> tuple[int, ...]:
@@ -242,7 +248,7 @@ def _turning_parent(model: mujoco.MjModel, body: int, turning: list[int]) -> int
 
 def _together(data: mujoco.MjData, model: mujoco.MjModel, parent: int, body: int, length_m: float) -> bool:
     gap = _anchor_m(model, data, body) - _anchor_m(model, data, parent)
-    return bool(np.linalg.norm(gap) < _SAME_POINT * length_m)
+    return bool(np.linalg.norm(gap) < SAME_POINT * length_m)
 
 
 def _anchor_m(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> Vector:

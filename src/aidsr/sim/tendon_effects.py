@@ -19,13 +19,26 @@ _SAME_PULL = 0.05
 coordinates, well below the difference between neighbouring tendons."""
 
 
+def length_gradient(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> Vector:
+    """Return the derivative of a tendon's length with respect to each degree of freedom, (nv,)."""
+    row = np.zeros(model.nv)
+    dofs, values = length_gradient_entries(model, data, tendon)
+    row[dofs] = values
+    return row
+
+
+def length_gradient_entries(
+    model: mujoco.MjModel, data: mujoco.MjData, tendon: int
+) -> tuple[NDArray[np.int32], Vector]:
+    """Return the degrees of freedom between the ends of a tendon, and the derivatives of its length, (n,) each."""
+    first, count = int(model.ten_J_rowadr[tendon]), int(model.ten_J_rownnz[tendon])
+    entries = slice(first, first + count)
+    return np.array(model.ten_J_colind[entries]), np.array(data.ten_J.reshape(-1)[entries])
+
+
 def unit_pull(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> Vector:
     """Return the generalized force of a unit pull on a tendon, (nv,): the negative gradient of its length."""
-    pull = np.zeros(model.nv)
-    first, count = int(model.ten_J_rowadr[tendon]), int(model.ten_J_rownnz[tendon])
-    columns = model.ten_J_colind[first : first + count]
-    pull[columns] = -data.ten_J.reshape(-1)[first : first + count]
-    return pull
+    return np.asarray(0.0 - length_gradient(model, data, tendon))  # not -0.0 for joints beside the tendon
 
 
 def opposite_pairs(pulls: Mapping[int, Vector]) -> tuple[tuple[int, int], ...]:

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from aidsr.core.formatting import format_number
 from aidsr.learn.episodes.scene import TaskScene
+from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.sim.environment_summary import command_in_words
-from aidsr.sim.ownership import ROBOT_PREFIX
 
 
 def commands_in_words(scene: TaskScene) -> list[str]:

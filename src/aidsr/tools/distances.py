@@ -10,8 +10,8 @@ import numpy as np
 
 from aidsr.core.errors import UserError
 from aidsr.core.suggestions import closest_name
+from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.sim.geom_distance import geom_distance_m
-from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.tasks.readings import FloatArray
 
 _FAR_M = 10.0

@@ -18,9 +18,9 @@ from aidsr.core.formatting import format_check
 from aidsr.core.numbered import numbered_in
 from aidsr.learn.openloop.film import film
 from aidsr.learn.openloop.script import GRAMMAR
+from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.runs.trainings import Training, learning_in_words
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
-from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.tasks import Split
 from aidsr.teams.llm.patch import apply_patch
 from aidsr.tools.building import SceneName, Subject, place, unstable

@@ -14,8 +14,8 @@ from aidsr.core.artifacts import Vec3
 from aidsr.learn.episodes.batch import Episodes, StepResult
 from aidsr.learn.episodes.rollout import EpisodeOutcomes
 from aidsr.learn.episodes.scene import TaskScene
+from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.sim.divergence import body_speeds
-from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.tasks import Feature, GoalTask, Task, Variation, apply_to_simulation
 from aidsr.tools.distances import distance_m, find_pairs
 from aidsr.tools.recording import Asked, Distance, Moment, Recording, Touch

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from aidsr.core.errors import UserError
 from aidsr.mjcf.compile import compile_mjcf, load_mjcf
+from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.sim.actuator_force import output_of
 from aidsr.sim.drive import Drive, neutral_ctrl, read_drives, set_act
 from aidsr.sim.functional_part import find_functional_part
-from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.structure import Structure, name_of, read_structure
 from aidsr.tools.scene import MeasuredScene
 from aidsr.validation.mount import mount_model

@@ -19,7 +19,7 @@ from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop.motion import Motion, Motions
 from aidsr.learn.openloop.probe_scene import fitness_of
 from aidsr.learn.openloop.script import ScriptPolicy, parse_script
-from aidsr.sim.ownership import ROBOT_PREFIX
+from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.tasks import Variation
 
 FloatArray = NDArray[np.float64]

@@ -10,7 +10,8 @@ import mujoco
 import numpy as np
 
 from aidsr.core.formatting import format_number
-from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2, Protocol, Variant, gather_evidence
+from aidsr.sim.structure import STANDARD_GRAVITY_M_S2
+from aidsr.validation.protocol import Protocol, Variant, gather_evidence
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.stiffness import integration_numbers
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from aidsr.sim.drive import Drive, neutral_ctrl, read_drives, set_act
 from aidsr.sim.rollout import Recording, Simulation, integration_state, simulate
-from aidsr.sim.structure import Structure
+from aidsr.sim.structure import STANDARD_GRAVITY_M_S2, Structure
 from aidsr.validation.battery import BatteryTest, commands_at_end, list_tests, random_commands, slack_in
 from aidsr.validation.points import drawn_seen_from_root, seen_from_root
 
@@ -25,7 +25,6 @@ Array = NDArray[np.float64]
 Variant = Callable[[mujoco.MjModel], None]
 """Changes a copy of the model in place for a counterfactual simulation, for example one without gravity."""
 
-STANDARD_GRAVITY_M_S2 = 9.81
 _FIELDS = (
     "xipos",
     "site_xpos",

@@ -17,9 +17,9 @@ from aidsr.sim.divergence import DivergenceSign, first_sign, recording_diverged
 from aidsr.sim.drive import Drive
 from aidsr.sim.moment_arms import MomentArms, read_moment_arms
 from aidsr.sim.rollout import Recording
-from aidsr.sim.structure import Structure, name_of
+from aidsr.sim.structure import STANDARD_GRAVITY_M_S2, Structure, name_of
 from aidsr.validation.points import displacements, last_quarter
-from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2, Evidence, Variant, rerun
+from aidsr.validation.protocol import Evidence, Variant, rerun
 from aidsr.validation.thresholds import BODY_SPEED_M_S, CHATTER_ERROR_G, JOINT_SPEED_RAD_S
 
 _PARTS = 4

@@ -1,4 +1,4 @@
-"""Depths, widths and volumes of MuJoCo's geometric primitives. Meshes and height fields are not supported."""
+"""Depths and volumes of MuJoCo's geometric primitives. Meshes and height fields are not supported."""
 
 from __future__ import annotations
 
@@ -35,14 +35,6 @@ def depth_m(model: mujoco.MjModel, data: mujoco.MjData, geom: int, points: Array
     if kind == _ELLIPSOID:
         return np.asarray((1 - np.linalg.norm(local / size, axis=1)) * size.min())
     return np.full(len(points), -math.inf)
-
-
-def half_width_m(model: mujoco.MjModel, geom: int) -> float:
-    """Return the smallest half width of a geom [m], the largest depth that a point can have inside it."""
-    kind, size = int(model.geom_type[geom]), model.geom_size[geom]
-    if kind in (_SPHERE, _CAPSULE):
-        return float(size[0])
-    return float(size[:2].min() if kind == _CYLINDER else size.min())
 
 
 def volume_m3(model: mujoco.MjModel, geom: int) -> float | None:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from aidsr.sim.actuator_force import output_of
 from aidsr.sim.structure import Structure
+from aidsr.sim.tendon_effects import length_gradient
 from aidsr.validation.counterfactuals import mass_ratio
 from aidsr.validation.thresholds import MAX_MASS_RATIO
 
@@ -37,7 +38,7 @@ def integration_numbers(model: mujoco.MjModel) -> tuple[float, float]:
         for dof in range(first, last):
             stiffness[dof, dof] += float(np.atleast_1d(model.jnt_stiffness[joint])[0])
     for tendon in range(model.ntendon):
-        row = _tendon_row(model, data, tendon)
+        row = length_gradient(model, data, tendon)
         stiffness += float(np.atleast_1d(model.tendon_stiffness[tendon])[0]) * np.outer(row, row)
         damping += float(np.atleast_1d(model.tendon_damping[tendon])[0]) * np.outer(row, row)
     for actuator in range(model.nactuator):
@@ -103,13 +104,6 @@ def _explicit_servo_damping(model: mujoco.MjModel) -> float:
 
 def _inner_dofs(model: mujoco.MjModel, structure: Structure) -> list[int]:
     return [dof for dof in range(model.nv) if int(model.dof_jntid[dof]) in structure.joints]
-
-
-def _tendon_row(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> NDArray[np.float64]:
-    row = np.zeros(model.nv)
-    first, count = int(model.ten_J_rowadr[tendon]), int(model.ten_J_rownnz[tendon])
-    row[model.ten_J_colind[first : first + count]] = data.ten_J.reshape(-1)[first : first + count]
-    return row
 
 
 def _actuator_row(model: mujoco.MjModel, data: mujoco.MjData, actuator: int) -> NDArray[np.float64]:

@@ -11,6 +11,7 @@ from aidsr.apps.web.site import Site
 from aidsr.apps.web.widgets import box, button, text
 from aidsr.core.artifacts import Decision
 from aidsr.core.errors import AidsrError, UserError
+from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.runs import DesignFolder, IterationFolder, Run
 from aidsr.runs.files import WrittenTwiceError
 
@@ -127,5 +128,5 @@ def part_names(mjcf: str) -> list[str]:
         for node in root.iter("body", "spatial", "fixed")
         if node.get("name") and node.getparent() is not None
     ]
-    ours = [name for name in found if name.startswith("robot/")]
+    ours = [name for name in found if name.startswith(ROBOT_PREFIX)]
     return ours or found

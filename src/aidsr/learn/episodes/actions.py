@@ -11,7 +11,7 @@ import numpy as np
 
 from aidsr.core.artifacts import ActuatorGroup
 from aidsr.core.errors import UserError
-from aidsr.sim.ownership import ROBOT_PREFIX
+from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.sim.structure import Structure, name_of, names_of, read_structure
 from aidsr.tasks.readings import FloatArray
 from aidsr.tasks.task import Task

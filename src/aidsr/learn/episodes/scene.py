@@ -17,9 +17,9 @@ from aidsr.core.artifacts import ActuatorGroup
 from aidsr.core.errors import MjcfError, UserError
 from aidsr.learn.episodes.actions import ActionMap, Grouping, GroupsFrom, OpenLoop, map_actions, recorded_actions
 from aidsr.mjcf.compile import compile_mjcf
+from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.mjcf.read import open_mjcf, parse_document
 from aidsr.sim.assembly import add_sensors
-from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.same_environment import find_environment_change
 from aidsr.sim.task_sensors import check_task_sensors
 from aidsr.tasks import Level, Task, load_task

@@ -23,7 +23,7 @@ from aidsr.core.formatting import excerpt
 from aidsr.core.suggestions import closest_name
 from aidsr.core.text_files import read_text_file
 from aidsr.learn.openloop.motion import Motion
-from aidsr.sim.ownership import ROBOT_PREFIX
+from aidsr.mjcf.names import ROBOT_PREFIX
 
 FloatArray = NDArray[np.float64]
 

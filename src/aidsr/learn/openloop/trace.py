@@ -13,6 +13,7 @@ import numpy as np
 from aidsr.learn.episodes.batch import Episodes, StepResult
 from aidsr.learn.episodes.rollout import Constant, EpisodeOutcomes, Policy, rollout
 from aidsr.learn.episodes.scene import TaskScene
+from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.sim.divergence import body_speeds
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.sim.geom_distance import geom_distance_m
@@ -21,7 +22,6 @@ from aidsr.tasks.goals.goal import Goal, unit
 from aidsr.tasks.goals.move import Lift, Travel
 from aidsr.tasks.readings import FloatArray
 
-_ROBOT = "robot/"
 _FAR_M = 2.0
 """Largest gap that is measured [m]. Our choice: larger than any environment of the benchmark."""
 _SUSTAINED_S = 0.2
@@ -150,7 +150,7 @@ class _Recorder:
         self._data = mujoco.MjData(model)
         apply_to_simulation(variation, model, self._data)
         self._names = [model.body(body).name for body in range(model.nbody)]
-        self._robot = np.array([name.startswith(_ROBOT) for name in self._names])
+        self._robot = np.array([name.startswith(ROBOT_PREFIX) for name in self._names])
         self._root = int(self._robot.argmax())
         self._site = model.site(FUNCTIONAL_SITE).id
         part = int(model.site_bodyid[self._site])

@@ -20,7 +20,7 @@ from aidsr.core.errors import UserError
 from aidsr.mjcf.compile import load_mjcf
 from aidsr.sandbox.isolated import isolated
 from aidsr.sim.divergence import FATAL_WARNINGS
-from aidsr.tasks.readings import FloatArray
+from aidsr.sim.extent import half_width_m
 from aidsr.tasks.variation import Change, Variation, apply_to_simulation
 
 SETTLE_S = 1.0
@@ -217,7 +217,7 @@ def _overlaps(model: mujoco.MjModel, data: mujoco.MjData, bodies: Sequence[str])
     for body in bodies:
         own = _carried(model, model.body(body).id)
         for geom, other, depth_m in _contacts(model, data, own):
-            thickness_m = min(_thickness_m(model, each) for each in (geom, other))
+            thickness_m = 2.0 * min(half_width_m(model, each) for each in (geom, other))
             if depth_m > _INSIDE * thickness_m and depth_m > _INSIDE_M:
                 pair = (body, name_of_shape(model, other))
                 found[pair] = max(found.get(pair, 0.0), depth_m)
@@ -369,13 +369,6 @@ def _carried(model: mujoco.MjModel, body: int) -> set[int]:
         if int(model.body_parentid[other]) in found:
             found.add(other)
     return found
-
-
-def _thickness_m(model: mujoco.MjModel, geom: int) -> float:
-    if model.geom_type[geom] in (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD):
-        return math.inf
-    half: FloatArray = model.geom_aabb[geom, 3:]
-    return 2.0 * float(half.min())
 
 
 def name_of_shape(model: mujoco.MjModel, geom: int) -> str:

@@ -12,8 +12,8 @@ import numpy as np
 
 from aidsr.core.artifacts import BodySummary, EnvironmentSummary, PassedLimit
 from aidsr.core.errors import MjcfError, UserError
+from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.sim.environment_summary import summarize_environment
-from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.goals.alone import Alone, play_alone, refuse
 from aidsr.tasks.goals.buried import refuse_buried, refuse_buried_corners

@@ -10,8 +10,8 @@ from functools import cached_property
 from aidsr.core.artifacts import BodySummary, EnvironmentSummary, Vec3
 from aidsr.core.errors import UserError
 from aidsr.core.suggestions import closest_name
+from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.sim.mechanism import JointFacts, Mechanism, farthest_m, read_mechanism
-from aidsr.sim.ownership import ROBOT_PREFIX
 
 _ROUNDING = 1.005
 """Largest ratio of required distance to distance allowed by joints. Our choice: the latter is found on a grid."""

@@ -16,14 +16,13 @@ from aidsr.learn.openloop.motion import Motions, OpenLoopPolicy
 from aidsr.learn.openloop.probe_scene import probe_scene
 from aidsr.learn.openloop.report import ProbedVariation
 from aidsr.learn.openloop.trace import trace
+from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.sandbox.isolated import isolated
 from aidsr.sandbox.limits import Limits
 from aidsr.sim.overlap import overlaps_too_much
-from aidsr.sim.ownership import ROBOT_PREFIX
-from aidsr.sim.structure import read_structure
+from aidsr.sim.structure import STANDARD_GRAVITY_M_S2, read_structure
 from aidsr.tasks.targets import targets_of
 from aidsr.tasks.travelling_task import TravellingTask
-from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
 from aidsr.validation.rules.winches import most_tension_n
 
 _CLEAR_M = 0.02

@@ -10,7 +10,7 @@ from aidsr.core.artifacts import Brief, Concept, Critique, CritiqueIssue, Robot,
 from aidsr.core.formatting import counted
 from aidsr.mjcf.edit import effective_value, entries, get_numbers, parse, without_prefix
 from aidsr.mjcf.elements import Element
-from aidsr.sim.ownership import ROBOT_PREFIX
+from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.teams.rules.job import Job, read_job
 
 _LEAST_REACH = 0.97
@@ -125,7 +125,7 @@ def _functional_path(root: Element) -> list[Element]:
     site = next((item for item in root.iter("site") if item.get("name") == "robot/functional_part"), None)
     if site is None:
         return []
-    bodies = [body for body in site.iterancestors("body") if (body.get("name") or "").startswith("robot/")]
+    bodies = [body for body in site.iterancestors("body") if (body.get("name") or "").startswith(ROBOT_PREFIX)]
     return [*reversed(bodies), site]
 
 
@@ -138,7 +138,7 @@ def _contact(brief: Brief, scene: Scene, root: Element) -> Iterator[CritiqueIssu
     """Yield issues if the job needs contact, but the robot cannot touch anything or its placement names no contact."""
     if not brief.needs_contact:
         return
-    shapes = [geom for geom in root.iter("geom") if (geom.get("name") or "").startswith("robot/")]
+    shapes = [geom for geom in root.iter("geom") if (geom.get("name") or "").startswith(ROBOT_PREFIX)]
     if shapes and all(
         effective_value(root, geom, "contype") == "0" and effective_value(root, geom, "conaffinity") == "0"
         for geom in shapes

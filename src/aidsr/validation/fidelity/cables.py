@@ -101,14 +101,6 @@ def guides_of(model: mujoco.MjModel, limb: Limb, cable: Cable) -> tuple[Guide, .
     return tuple(ordered) if keys in (sorted(keys), sorted(keys)[::-1]) else None
 
 
-def gradient(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> Vector:
-    """Return the derivative of a tendon's length with respect to each degree of freedom, (nv,)."""
-    row = np.zeros(model.nv)
-    first, count = int(model.ten_J_rowadr[tendon]), int(model.ten_J_rownnz[tendon])
-    row[model.ten_J_colind[first : first + count]] = data.ten_J.reshape(-1)[first : first + count]
-    return row
-
-
 def _link(model: mujoco.MjModel, limb: Limb, body: int) -> int:
     """Return the index of the turning point that moves a body, or -1 if the body is not part of the limb."""
     while body and body not in limb.bodies:

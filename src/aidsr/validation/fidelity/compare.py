@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.sim.elastica import Rod, Tip, curved_tip, first_frequency, loaded_tip
-from aidsr.validation.fidelity.cables import Cable, gradient
+from aidsr.sim.tendon_effects import length_gradient
+from aidsr.validation.fidelity.cables import Cable
 from aidsr.validation.fidelity.limb import Limb, unloaded_pose
 from aidsr.validation.fidelity.report import Comparison
 from aidsr.validation.fidelity.statics import Statics
@@ -90,7 +91,7 @@ def bend_by_cable(model: mujoco.MjModel, limb: Limb, cable: Cable, arc: Arc) -> 
     directions = np.eye(model.nv)[list(limb.bending_dofs)]
 
     def pull(pulled: mujoco.MjModel, data: mujoco.MjData, forces: Vector) -> None:
-        forces -= arc.pull_n * gradient(pulled, data, cable.tendon)
+        forces -= arc.pull_n * length_gradient(pulled, data, cable.tendon)
 
     turns = statics.rest(directions, pull)
     if turns is None:
@@ -126,7 +127,7 @@ def arc_of(model: mujoco.MjModel, limb: Limb, cable: Cable, pull_n: float = 0.0)
         a uniform rod.
     """
     data = unloaded_pose(model)
-    bends = _bends(model, data, limb, _gains(model, limb, gradient(model, data, cable.tendon)))
+    bends = _bends(model, data, limb, _gains(model, limb, length_gradient(model, data, cable.tendon)))
     if limb.clamp_doubled:
         bends[0] *= 2.0
     total = bends.sum(axis=0)

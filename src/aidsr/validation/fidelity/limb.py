@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from aidsr.sim.extent import half_width_m
 from aidsr.sim.structure import Chain, name_of
 
 Vector = NDArray[np.float64]
@@ -259,5 +260,5 @@ def _geoms(model: mujoco.MjModel, body: int) -> range:
 
 def _radius_m(model: mujoco.MjModel, body: int) -> float:
     """Return the half thickness of a link [m]: the smallest half width of its largest geom."""
-    sizes = [(float(model.geom_rbound[geom]), float(min(model.geom_aabb[geom][3:]))) for geom in _geoms(model, body)]
+    sizes = [(float(model.geom_rbound[geom]), half_width_m(model, geom)) for geom in _geoms(model, body)]
     return max(sizes, default=(0.0, 0.0))[1]

@@ -12,7 +12,7 @@ from aidsr.mjcf.compile import compile_mjcf
 from aidsr.sim.drive import neutral_ctrl, read_drives, set_act
 from aidsr.sim.elastica import Rod, Tip
 from aidsr.sim.rollout import Simulation, integration_state, simulate
-from aidsr.sim.structure import Chain, Structure, read_structure
+from aidsr.sim.structure import STANDARD_GRAVITY_M_S2, Chain, Structure, read_structure
 from aidsr.validation.fidelity.cables import Cable, Guide, guides_of
 from aidsr.validation.fidelity.compare import (
     arc_of,
@@ -111,7 +111,8 @@ def _driven_tips(model: mujoco.MjModel, structure: Structure, bodies: list[int],
     stepped = copy.copy(model)
     stepped.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT) | int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     stepped.opt.timestep = model.opt.timestep / (2 if halved else 1)
-    duration = float(np.clip(4.0 * np.sqrt(structure.characteristic_length_m / 9.81), _SHORTEST_S, _LONGEST_S))
+    swing_s = np.sqrt(structure.characteristic_length_m / STANDARD_GRAVITY_M_S2)
+    duration = float(np.clip(4.0 * swing_s, _SHORTEST_S, _LONGEST_S))
     frames = max(4, round(duration / (_FRAME_STEPS * model.opt.timestep)))
     data = mujoco.MjData(stepped)
     mujoco.mj_forward(stepped, data)

@@ -11,12 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.core.artifacts import Fault
+from aidsr.sim.extent import half_width_m
 from aidsr.sim.overlap import OVERLAP_NOTICED
 from aidsr.sim.ownership import WRAP_SITE, tendon_wraps
 from aidsr.sim.structure import Tendon
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
-from aidsr.validation.solids import depth_m, half_width_m
+from aidsr.validation.solids import depth_m
 
 THROUGH_BODY_SHARE = 0.25
 """Largest depth of a tendon inside a part between its guides / half width of that part. Our choice."""

@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import Fault
+from aidsr.sim.structure import STANDARD_GRAVITY_M_S2
 from aidsr.validation.consequences import COLLAPSE, NO_MOTION, SHAKING
 from aidsr.validation.curves import (
     MAX_CURVES,
@@ -20,7 +21,6 @@ from aidsr.validation.curves import (
     find_body,
     make_signal,
 )
-from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
 from aidsr.validation.rules.topology import string_ends

@@ -9,6 +9,7 @@ import numpy as np
 
 from aidsr.core.artifacts import Fault
 from aidsr.core.formatting import format_number
+from aidsr.sim.structure import STANDARD_GRAVITY_M_S2
 from aidsr.validation.counterfactuals import (
     mass_ratio,
     softer,
@@ -25,7 +26,6 @@ from aidsr.validation.curves import (
     make_signal,
     moved_over_length,
 )
-from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
 from aidsr.validation.registry import is_explained
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage

@@ -10,16 +10,18 @@ import numpy as np
 
 from aidsr.core.artifacts import Fault
 from aidsr.sim.couplings import read_couplings
+from aidsr.sim.extent import UNBOUNDED, half_width_m
 from aidsr.sim.structure import joined_bodies
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
-from aidsr.validation.solids import half_width_m
 
 HIDDEN_SHARE = 0.5
 """Largest overlap / thickness of the thinner part, for parts without contact. Our choice: sleeves and guides overlap
 less."""
 _NEIGHBOURS = 2
 """Steps between two parts, see `_neighbours`, up to which an overlap is intended. Our choice."""
+_NOT_COMPARED = (*UNBOUNDED, int(mujoco.mjtGeom.mjGEOM_MESH))
+"""Types of geoms without an overlap; the convex hull of a mesh does not show whether the shape itself overlaps."""
 _HINGE, _SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 _OUTSIDE_SHARE = 0.05
 """Distance beyond a joint's range / size of the range, above which it is not a rounding error. Our choice."""
@@ -31,7 +33,7 @@ def _find_hidden_overlaps(robot: RobotUnderTest) -> Iterator[Fault]:
     touching = {frozenset((int(contact.geom1), int(contact.geom2))) for contact in data.contact}
     near = _neighbours(robot)
     worst: dict[tuple[str, str], tuple[float, float]] = {}
-    solid = [geom for geom in robot.structure.geoms if not _is_mesh(model, geom)]
+    solid = [geom for geom in robot.structure.geoms if int(model.geom_type[geom]) not in _NOT_COMPARED]
     for one, other in combinations(solid, 2):
         apart_m = float(np.linalg.norm(data.geom_xpos[one] - data.geom_xpos[other]))
         if apart_m > model.geom_rbound[one] + model.geom_rbound[other] or frozenset((one, other)) in touching:
@@ -54,11 +56,6 @@ def _find_hidden_overlaps(robot: RobotUnderTest) -> Iterator[Fault]:
             whole_unit="m",
             likely_cause="contype, conaffinity or <exclude> switch off the contact that would show it",
         )
-
-
-def _is_mesh(model: mujoco.MjModel, geom: int) -> bool:
-    """Return whether a geom is a mesh; its convex hull does not show whether the shape itself overlaps."""
-    return int(model.geom_type[geom]) == int(mujoco.mjtGeom.mjGEOM_MESH)
 
 
 def _neighbours(robot: RobotUnderTest) -> dict[int, set[int]]:

@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import Fault
+from aidsr.sim.extent import half_width_m
 from aidsr.sim.overlap import OVERLAP_LENGTH, OVERLAP_NOTICED, OVERLAP_SHARE
 from aidsr.sim.poses import bent_pose
 from aidsr.validation.consequences import COLLAPSE, FALL, NO_MOTION, SHAKING
@@ -22,16 +23,10 @@ no joint: for example a round end that reaches into its base. Our choice."""
 TENDON_LIMIT_SHARE = 0.02
 """Largest distance of the length in the reference pose from the tendon's range / that length. Our choice."""
 
-_SPHERE_LIKE = (
-    int(mujoco.mjtGeom.mjGEOM_SPHERE),
-    int(mujoco.mjtGeom.mjGEOM_CAPSULE),
-    int(mujoco.mjtGeom.mjGEOM_CYLINDER),
-)
 _TURNING = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL))
 _BENT_RAD = 0.2
 """Bend of each joint at which the levers of overlaps are checked again: contact forces may be in balance in the
 reference pose only."""
-_FLAT = (int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD))
 
 
 _CURE_WITHIN = (
@@ -127,7 +122,7 @@ def overlaps(robot: RobotUnderTest) -> Iterator[Overlap]:
         depth_m = -float(contact.dist)
         if depth_m <= 0 or not any(geom in ours for geom in geoms):
             continue
-        thickness_m = min(_thickness_m(robot, geom) for geom in geoms)
+        thickness_m = 2 * min(half_width_m(robot.model, geom) for geom in geoms)
         share, relative = depth_m / thickness_m, depth_m / robot.length_m
         if _is_too_thick(share, relative) or relative > OVERLAP_LENGTH:
             outside = any(geom not in robot.structure.geoms for geom in geoms)
@@ -175,16 +170,6 @@ def _lever_m(robot: RobotUnderTest, data: mujoco.MjData, geoms: tuple[int, int])
             return math.inf
         largest = max(largest, float(levers.max(initial=0.0)))
     return largest
-
-
-def _thickness_m(robot: RobotUnderTest, geom: int) -> float:
-    """Return the smallest width of a geom [m]; infinite for planes and height fields."""
-    kind, size = int(robot.model.geom_type[geom]), robot.model.geom_size[geom]
-    if kind in _FLAT:
-        return float("inf")
-    if kind in _SPHERE_LIKE:
-        return 2 * float(min(size[:2]) if kind == _SPHERE_LIKE[2] else size[0])
-    return 2 * float(min(robot.model.geom_aabb[geom][3:]))
 
 
 def _find_violated_tendon_limits(robot: RobotUnderTest) -> Iterator[Fault]:

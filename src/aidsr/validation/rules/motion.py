@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.core.artifacts import Fault
+from aidsr.sim.structure import STANDARD_GRAVITY_M_S2
 from aidsr.validation.curves import SETTLING, battery_of, find_body, limits_of, make_signal
 from aidsr.validation.points import last_quarter
-from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
 from aidsr.validation.rules.ranges import known_tests

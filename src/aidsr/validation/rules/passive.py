@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from aidsr.core.artifacts import Fault
 from aidsr.sim.overlap import OVERLAP_NOTICED
+from aidsr.sim.structure import STANDARD_GRAVITY_M_S2
 from aidsr.validation.consequences import SHAKING
 from aidsr.validation.curves import SETTLING, make_signal, settling_signal
-from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
 from aidsr.validation.signals import Signal

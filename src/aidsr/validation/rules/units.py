@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from aidsr.core.artifacts import Fault
+from aidsr.sim.structure import STANDARD_GRAVITY_M_S2
 from aidsr.validation.consequences import COLLAPSE, FALL, NO_MOTION, SHAKING
-from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
 from aidsr.validation.rules.density import DENSITY_HIGH_KG_M3, densities_kg_m3

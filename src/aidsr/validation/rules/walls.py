@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from aidsr.core.artifacts import Fault
+from aidsr.sim.extent import half_width_m
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
-from aidsr.validation.solids import half_width_m, volume_m3
+from aidsr.validation.solids import volume_m3
 
 WALL_M = 0.0008
 """Smallest thickness: two lines of a 0.4 mm nozzle, the thinnest wall that common filament printers close on both

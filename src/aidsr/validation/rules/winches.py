@@ -11,8 +11,8 @@ import numpy as np
 from aidsr.core.artifacts import Fault
 from aidsr.core.motors import can_hold, cheapest_motor
 from aidsr.sim.drive import Drive
+from aidsr.sim.structure import STANDARD_GRAVITY_M_S2
 from aidsr.validation.curves import Array, actuator_signal, battery_of
-from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
 from aidsr.validation.signals import Signal

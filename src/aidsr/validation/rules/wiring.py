@@ -9,8 +9,10 @@ import numpy as np
 
 from aidsr.core.artifacts import Fault
 from aidsr.sim.actuator_force import gear_of
+from aidsr.sim.extent import half_width_m
 from aidsr.sim.poses import bent_pose
 from aidsr.sim.structure import Tendon
+from aidsr.sim.tendon_effects import length_gradient_entries
 from aidsr.validation.consequences import NO_MOTION
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
@@ -124,10 +126,9 @@ def _find_tendon_no_moment(robot: RobotUnderTest) -> Iterator[Fault]:
 def _half_widths_m(robot: RobotUnderTest) -> dict[int, float]:
     """Return the half width [m] of the thickest geom of every body with geoms, by body id."""
     widths_m: dict[int, float] = {}
-    smallest_m = robot.model.geom_aabb[:, 3:].min(axis=1)
     for geom in robot.structure.geoms:
         body = int(robot.model.geom_bodyid[geom])
-        widths_m[body] = max(widths_m.get(body, 0.0), float(smallest_m[geom]))
+        widths_m[body] = max(widths_m.get(body, 0.0), half_width_m(robot.model, geom))
     return widths_m
 
 
@@ -140,9 +141,8 @@ def _moment_share(
     of the joint's body. (1, 0) if the tendon moves a slide joint.
     """
     model = robot.model
-    first, count = int(model.ten_J_rowadr[tendon.id]), int(model.ten_J_rownnz[tendon.id])
-    arms = np.abs(bent.ten_J.reshape(-1)[first : first + count])
-    joints = model.dof_jntid[model.ten_J_colind[first : first + count]]
+    dofs, slopes = length_gradient_entries(model, bent, tendon.id)
+    arms, joints = np.abs(slopes), model.dof_jntid[dofs]
     if (arms[model.jnt_type[joints] == _SLIDE] > 0).any():
         return 1.0, 0.0
     turned = np.isin(joints, robot.structure.joints) & (model.jnt_type[joints] != _FREE)

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.core.artifacts import ActuatorGroup
+from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.sim.actuator_force import control_of
 from aidsr.sim.command import command_of, is_spatial
 from aidsr.sim.drive import Drive, held_forces
-from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.structure import Structure, name_of
 
 _ACTUATOR = mujoco.mjtObj.mjOBJ_ACTUATOR

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.apps.web.view3d.display_model import DisplayModel
+from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.sim.contact_forces import CONTACT_NUMBERS
 from aidsr.sim.drive import Drive
 from aidsr.sim.rollout import simulate
@@ -141,7 +142,7 @@ class Tests:
         if test.kind in words:
             return words[test.kind]
         drive = drives[test.drive]
-        name = name_of(self._shown.model, mujoco.mjtObj.mjOBJ_ACTUATOR, drive.actuator).removeprefix("robot/")
+        name = name_of(self._shown.model, mujoco.mjtObj.mjOBJ_ACTUATOR, drive.actuator).removeprefix(ROBOT_PREFIX)
         if test.kind == "released":
             return f"{name} pulls, the others are released"
         does = ("pulls" if test.command == drive.pull else "is released") if drive.on_tendon else f"to {test.command:g}"
