@@ -70,10 +70,10 @@ def test_deflections_miss_the_elastica_by_the_known_laws(
     model, limb, rod, _ = read(RodChain(segments, *SCHEMES[scheme]))
     tip, exact = bend_by_load(model, limb, 0.02), loaded_tip(rod, load_n=0.02)
     assert tip is not None
-    assert 100 * (tip.aside_m / exact.aside_m - 1) == pytest.approx(tip_percent, rel=0.04, abs=0.006)
+    assert 100 * (tip.transverse_m / exact.transverse_m - 1) == pytest.approx(tip_percent, rel=0.04, abs=0.006)
     sag, exact = bend_by_load(model, limb, 0.0, gravity_m_s2=0.1), loaded_tip(rod, gravity_m_s2=0.1)
     assert sag is not None
-    assert 100 * (sag.aside_m / exact.aside_m - 1) == pytest.approx(weight_percent, rel=0.04, abs=0.006)
+    assert 100 * (sag.transverse_m / exact.transverse_m - 1) == pytest.approx(weight_percent, rel=0.04, abs=0.006)
 
 
 def test_large_deflections_are_followed() -> None:
@@ -81,12 +81,12 @@ def test_large_deflections_are_followed() -> None:
     load_n = 3 * 0.04 / 0.3**2
     tip, exact = bend_by_load(model, limb, load_n), loaded_tip(rod, load_n=load_n)
     assert tip is not None
-    off = math.hypot(tip.along_m - exact.along_m, tip.aside_m - exact.aside_m) / 0.3
+    off = math.hypot(tip.along_m - exact.along_m, tip.transverse_m - exact.transverse_m) / 0.3
     assert 0.001 < off < 0.007
     gravity = 20 * 0.04 / (0.1 * 0.3**2)
     sag, exact = bend_by_load(model, limb, 0.0, gravity_m_s2=gravity), loaded_tip(rod, gravity_m_s2=gravity)
     assert sag is not None
-    assert abs(sag.aside_m - exact.aside_m) / 0.3 < 0.007
+    assert abs(sag.transverse_m - exact.transverse_m) / 0.3 < 0.007
 
 
 @pytest.mark.parametrize(
@@ -176,7 +176,7 @@ def test_twice_the_segments_takes_away_three_quarters_of_the_error() -> None:
     assert arc is not None
     tip = bend_by_cable(model, limb, cables[0], arc)
     assert tip is not None
-    error = 100 * math.hypot(tip.along_m - arc.tip.along_m, tip.aside_m - arc.tip.aside_m) / 0.3
+    error = 100 * math.hypot(tip.along_m - arc.tip.along_m, tip.transverse_m - arc.tip.transverse_m) / 0.3
     moved = twice_the_segments_percent(model, structure.chains[0], limb, rod, cables)
     assert moved == pytest.approx(0.75 * error, rel=0.05)
 

@@ -57,7 +57,7 @@ class Tip:
     """Position and angle of the free end of a bent rod: along the straight rod, perpendicular to it, and rotation."""
 
     along_m: float
-    aside_m: float
+    transverse_m: float
     angle_rad: float
 
 
@@ -76,7 +76,7 @@ def loaded_tip(rod: Rod, *, load_n: float = 0.0, gravity_m_s2: float = 0.0) -> T
         return Tip(rod.length_m, 0.0, 0.0)
     for _ in range(100):
         angle = (low * missed_high - high * missed_low) / (missed_high - missed_low)
-        missed, along, aside = _integrate(rod, angle, load_n, gravity_m_s2)
+        missed, along, transverse = _integrate(rod, angle, load_n, gravity_m_s2)
         if abs(missed) < 1e-9 * angle:
             break
         # Illinois variant: halving the value at the retained end avoids slow one-sided convergence.
@@ -84,7 +84,7 @@ def loaded_tip(rod: Rod, *, load_n: float = 0.0, gravity_m_s2: float = 0.0) -> T
             low, missed_low, missed_high = angle, missed, missed_high / 2.0
         else:
             high, missed_high, missed_low = angle, missed, missed_low / 2.0
-    return Tip(along, aside, angle)
+    return Tip(along, transverse, angle)
 
 
 def curved_tip(lengths_m: Vector, curvatures_1_m: Vector) -> Tip:
@@ -92,15 +92,15 @@ def curved_tip(lengths_m: Vector, curvatures_1_m: Vector) -> Tip:
 
     Source: plane geometry; a cable parallel to the rod at a constant offset bends it with constant curvature.
     """
-    along = aside = angle = 0.0
+    along = transverse = angle = 0.0
     for length, curvature in zip(lengths_m, curvatures_1_m, strict=True):
         turn = length * curvature
         # the sin(x)/x form of the chord also holds for a straight piece
         chord = length * float(np.sinc(turn / (2.0 * math.pi)))
         along += chord * math.cos(angle + turn / 2.0)
-        aside += chord * math.sin(angle + turn / 2.0)
+        transverse += chord * math.sin(angle + turn / 2.0)
         angle += turn
-    return Tip(float(along), float(aside), float(angle))
+    return Tip(float(along), float(transverse), float(angle))
 
 
 def first_frequency(rod: Rod) -> float:
@@ -125,7 +125,7 @@ def _integrate(rod: Rod, tip_angle: float, load_n: float, gravity_m_s2: float) -
     angle = tip_angle
     carried = load_n + rod.tip_mass_kg * gravity_m_s2
     moment = rod.tip_mass_kg * gravity_m_s2 * rod.tip_offset_m * math.cos(tip_angle)
-    along = aside = 0.0
+    along = transverse = 0.0
     pieces = zip(rod.lengths_m[::-1], rod.bending_stiffness_n_m2[::-1], rod.mass_per_length_kg_m[::-1], strict=True)
     for length, stiffness, density in pieces:
         steps = max(2, math.ceil(_STEPS * length / rod.length_m))
@@ -140,11 +140,13 @@ def _integrate(rod: Rod, tip_angle: float, load_n: float, gravity_m_s2: float) -
             angle_4 = angle - h * turn_3
             turn_4, gain_4 = (moment + h * gain_3) / stiffness, beyond * math.cos(angle_4)
             along += h / 6.0 * (math.cos(angle) + 2.0 * math.cos(angle_2) + 2.0 * math.cos(angle_3) + math.cos(angle_4))
-            aside += h / 6.0 * (math.sin(angle) + 2.0 * math.sin(angle_2) + 2.0 * math.sin(angle_3) + math.sin(angle_4))
+            transverse += (
+                h / 6.0 * (math.sin(angle) + 2.0 * math.sin(angle_2) + 2.0 * math.sin(angle_3) + math.sin(angle_4))
+            )
             angle -= h / 6.0 * (turn_1 + 2.0 * turn_2 + 2.0 * turn_3 + turn_4)
             moment += h / 6.0 * (gain_1 + 2.0 * gain_2 + 2.0 * gain_3 + gain_4)
             carried = beyond
-    return angle, along, aside
+    return angle, along, transverse
 
 
 def _assemble(rod: Rod) -> tuple[Vector, Vector]:

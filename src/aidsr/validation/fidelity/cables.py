@@ -41,7 +41,7 @@ class Guide:
         segment: Index of the segment that contains the guide; -1 on the base.
         place: Position along that segment, 0 to 1; on the base the position along the limb relative to the clamp [m].
         outer: Whether the guide moves with the part beyond the segment's joint.
-        across_m: Offset from the backbone along `Limb.aside` and `Limb.axis`, (2,) [m].
+        across_m: Offset from the backbone along `Limb.transverse` and `Limb.axis`, (2,) [m].
     """
 
     segment: int
@@ -86,7 +86,7 @@ def guides_of(model: mujoco.MjModel, limb: Limb, cable: Cable) -> tuple[Guide, .
         link = _link(model, limb, int(model.site_bodyid[site]))
         point = data.site_xpos[site] - limb.clamp_m
         along = float(point @ limb.along)
-        across = (float(point @ limb.aside), float(point @ limb.axis))
+        across = (float(point @ limb.transverse), float(point @ limb.axis))
         on_base = link < 0 and limb.joints_at == "starts"
         if along < -1e-6 * limb.length_m or on_base:
             guides.append(Guide(-1, along, False, across))

@@ -14,7 +14,7 @@ from aidsr.sim.elastica import Rod, Tip, curved_tip, first_frequency, loaded_tip
 from aidsr.sim.tendon_effects import length_gradient
 from aidsr.validation.fidelity.cables import Cable
 from aidsr.validation.fidelity.limb import Limb, unloaded_pose
-from aidsr.validation.fidelity.report import Comparison
+from aidsr.validation.fidelity.report import Comparison, cable_quantity
 from aidsr.validation.fidelity.statics import Statics
 
 Vector = NDArray[np.float64]
@@ -37,12 +37,12 @@ class Arc:
 
     Attributes:
         pull_n: Tension of the cable.
-        aside: Unit vector across the limb towards which it bends, world, (3,).
+        transverse: Unit vector across the limb towards which it bends, world, (3,).
         tip: Tip of the bent rod.
     """
 
     pull_n: float
-    aside: Vector
+    transverse: Vector
     tip: Tip
 
 
@@ -72,17 +72,19 @@ def comparison_load_n(rod: Rod) -> float:
 
 def bend_by_load(model: mujoco.MjModel, limb: Limb, load_n: float, *, gravity_m_s2: float = 0.0) -> Tip | None:
     """Return the tip of a limb at rest under a transverse tip load and transverse gravity; None if no rest is found."""
-    statics = Statics(model, gravity_m_s2 * limb.aside)
+    statics = Statics(model, gravity_m_s2 * limb.transverse)
 
     def push(pushed: mujoco.MjModel, data: mujoco.MjData, forces: Vector) -> None:
         end = _end_m(unloaded, data, limb)
-        mujoco.mj_applyFT(pushed, data, load_n * limb.aside, np.zeros(3), end, limb.bodies[-1], forces)
+        mujoco.mj_applyFT(pushed, data, load_n * limb.transverse, np.zeros(3), end, limb.bodies[-1], forces)
 
     unloaded = unloaded_pose(model)
-    turns = statics.rest(limb.dofs, push)
+    turns = statics.rest(limb.turn_directions, push)
     if turns is None:
         return None
-    return _tip(limb, _end_m(unloaded, statics.at(limb.dofs, turns), limb), limb.aside, float(turns.sum()))
+    return _tip(
+        limb, _end_m(unloaded, statics.at(limb.turn_directions, turns), limb), limb.transverse, float(turns.sum())
+    )
 
 
 def bend_by_cable(model: mujoco.MjModel, limb: Limb, cable: Cable, arc: Arc) -> Tip | None:
@@ -98,7 +100,7 @@ def bend_by_cable(model: mujoco.MjModel, limb: Limb, cable: Cable, arc: Arc) -> 
         return None
     bends = _bends(model, unloaded, limb, turns @ directions)
     end = _end_m(unloaded, statics.at(directions, turns), limb)
-    return _tip(limb, end, arc.aside, float(np.linalg.norm(bends.sum(axis=0))))
+    return _tip(limb, end, arc.transverse, float(np.linalg.norm(bends.sum(axis=0))))
 
 
 def frequency_of(model: mujoco.MjModel, limb: Limb) -> float:
@@ -108,7 +110,7 @@ def frequency_of(model: mujoco.MjModel, limb: Limb) -> float:
     """
     mass = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, unloaded_pose(model), mass)
-    inverse = np.linalg.inv(np.linalg.cholesky(limb.dofs @ mass @ limb.dofs.T))
+    inverse = np.linalg.inv(np.linalg.cholesky(limb.turn_directions @ mass @ limb.turn_directions.T))
     squared = np.linalg.eigvalsh(inverse @ np.diag(limb.stiffness_n_m_rad) @ inverse.T)
     return float(math.sqrt(squared[0]))
 
@@ -142,7 +144,7 @@ def arc_of(model: mujoco.MjModel, limb: Limb, cable: Cable, pull_n: float = 0.0)
 
 def _compare_cable(model: mujoco.MjModel, limb: Limb, cable: Cable) -> Comparison:
     """Compare the limb under one cable's full tension with the arc of the rod."""
-    name, arc = f"cable {cable.name}", arc_of(model, limb, cable)
+    name, arc = cable_quantity(cable.name), arc_of(model, limb, cable)
     if arc is None:
         why = "it does not bend the limb in one plane, so there is no arc to hold it against"
         return Comparison(quantity=name, unit="rad", note=why)
@@ -167,7 +169,7 @@ def _compare_weight(model: mujoco.MjModel, limb: Limb, rod: Rod) -> Comparison:
     For a very soft limb, gravity is reduced so that linear beam theory gives a sag of `_MOST_SAG` L.
     """
     small = 1e-3 * _STANDARD_GRAVITY_M_S2
-    linear_sag = 1e3 * loaded_tip(rod, gravity_m_s2=small).aside_m
+    linear_sag = 1e3 * loaded_tip(rod, gravity_m_s2=small).transverse_m
     share = min(1.0, _MOST_SAG * limb.length_m / linear_sag) if linear_sag > 0 else 1.0
     how = f"{'' if share == 1.0 else f'{100 * share:.0f} % of '}its own weight, held out sideways"
     gravity = share * _STANDARD_GRAVITY_M_S2
@@ -223,9 +225,9 @@ def _end_m(unloaded: mujoco.MjData, data: mujoco.MjData, limb: Limb) -> Vector:
     return np.asarray(data.xpos[body] + data.xmat[body].reshape(3, 3) @ local)
 
 
-def _tip(limb: Limb, end_m: Vector, aside: Vector, angle_rad: float) -> Tip:
+def _tip(limb: Limb, end_m: Vector, transverse: Vector, angle_rad: float) -> Tip:
     moved = end_m - limb.clamp_m
-    return Tip(float(moved @ limb.along), float(moved @ aside), angle_rad)
+    return Tip(float(moved @ limb.along), float(moved @ transverse), angle_rad)
 
 
 def _bend(quantity: str, how: str, limb: Limb, exact: Tip, simulated: Tip | None) -> Comparison:
@@ -235,13 +237,13 @@ def _bend(quantity: str, how: str, limb: Limb, exact: Tip, simulated: Tip | None
         quantity=quantity,
         how=how,
         unit="m",
-        exact=exact.aside_m,
-        simulated=simulated.aside_m,
-        error_percent=100 * (simulated.aside_m / exact.aside_m - 1),
+        exact=exact.transverse_m,
+        simulated=simulated.transverse_m,
+        error_percent=100 * (simulated.transverse_m / exact.transverse_m - 1),
         tip_error_percent=tip_distance_percent(limb, simulated, exact),
     )
 
 
 def tip_distance_percent(limb: Limb, one: Tip, other: Tip) -> float:
     """Return the distance between two tips [% of the limb's length]."""
-    return 100 * math.hypot(one.along_m - other.along_m, one.aside_m - other.aside_m) / limb.length_m
+    return 100 * math.hypot(one.along_m - other.along_m, one.transverse_m - other.transverse_m) / limb.length_m

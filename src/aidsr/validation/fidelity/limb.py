@@ -52,7 +52,7 @@ class Limb:
         axis: Unit axis about which the limb is bent in the comparisons, world.
         along: Unit direction from the clamp to the tip, world.
         clamp_m: Position of the start of the rod, world [m].
-        dofs: Velocity of all degrees of freedom for a unit turn of each turning point about `axis`, (n, nv).
+        turn_directions: Velocity of all degrees of freedom for a unit turn of each turning point about `axis`, (n, nv).
         bending_dofs: Indices of the degrees of freedom that bend the limb about any axis.
         joints_at: Whether joints are in the middles or at the starts of segments.
         clamp_doubled: Whether joints are at the starts and the first has twice the stiffness, because it represents
@@ -67,7 +67,7 @@ class Limb:
     axis: Vector
     along: Vector
     clamp_m: Vector
-    dofs: Vector
+    turn_directions: Vector
     bending_dofs: tuple[int, ...]
     joints_at: Literal["middles", "starts"]
     clamp_doubled: bool
@@ -86,7 +86,7 @@ class Limb:
         return np.asarray(self.clamp_m + self.length_m * self.along)
 
     @property
-    def aside(self) -> Vector:
+    def transverse(self) -> Vector:
         """Unit direction in which a positive turn about `axis` moves the tip, world."""
         return np.cross(self.axis, self.along)
 
@@ -139,7 +139,7 @@ def read_limb(model: mujoco.MjModel, chain: Chain) -> Limb:
         axis=axis,
         along=along,
         clamp_m=clamp,
-        dofs=np.array([row for _, row in points]),
+        turn_directions=np.array([row for _, row in points]),
         bending_dofs=bending_dofs,
         joints_at=joints_at,
         clamp_doubled=doubled,

@@ -87,7 +87,7 @@ def _examine_limb(
 
 
 def _worst(cables: tuple[Cable, ...], comparisons: tuple[Comparison, ...]) -> tuple[Cable, ...]:
-    errors = {each.quantity.removeprefix("cable "): each.tip_error_percent for each in comparisons}
+    errors = {each.cable: each.tip_error_percent for each in comparisons}
     return tuple(sorted(cables, key=lambda cable: -(errors[cable.name] or 0.0))[:_CUT_CABLES])
 
 

@@ -22,6 +22,11 @@ _CABLE = "cable "
 _NEVER_SEEN = "Not modelled, so in none of these numbers: cable friction and stretch, shear, hysteresis, plastic bends."
 
 
+def cable_quantity(cable: str) -> str:
+    """Return the quantity of a comparison that is about a cable."""
+    return f"{_CABLE}{cable}"
+
+
 class Comparison(Artifact):
     """One quantity of a limb, simulated and exact."""
 
@@ -37,6 +42,11 @@ class Comparison(Artifact):
     """Distance between the simulated and the exact tip [% of the limb's length]."""
     note: str = ""
     """Reason why nothing could be compared, else empty."""
+
+    @property
+    def cable(self) -> str | None:
+        """Name of the cable that the comparison is about; None for a load."""
+        return self.quantity.removeprefix(_CABLE) if self.quantity.startswith(_CABLE) else None
 
     def __str__(self) -> str:
         """Return the comparison as a line of text."""
@@ -96,11 +106,11 @@ class LimbFidelity(Artifact):
     def _compared(self, *, cables: bool) -> list[Comparison]:
         """Return the comparisons that have a tip error, either those of cables or all others."""
         found = [each for each in self.comparisons if each.tip_error_percent is not None]
-        return [each for each in found if each.quantity.startswith(_CABLE) == cables]
+        return [each for each in found if (each.cable is not None) == cables]
 
     def _lines(self) -> list[str]:
         """Return the comparisons as lines of text; of the cables only the worst, with the number of cables."""
-        cables = [each for each in self.comparisons if each.quantity.startswith(_CABLE)]
+        cables = [each for each in self.comparisons if each.cable is not None]
         others = [str(each) for each in self.comparisons if each not in cables]
         compared = self._compared(cables=True)
         if not compared:

@@ -134,7 +134,7 @@ def _places(
 
 def _frame(limb: Limb) -> Vector:
     """Return the rotation matrix from the world to the frame of a rewritten limb, (3, 3)."""
-    return np.array([limb.aside, limb.axis, limb.along])
+    return np.array([limb.transverse, limb.axis, limb.along])
 
 
 def _written(*numbers: float) -> str:
