@@ -202,3 +202,9 @@ def _account_line(faults: list[Fault]) -> str:
 def format_cell(text: str) -> str:
     """Return text as a cell of a Markdown table: on one line, with all Markdown markup and cell separators escaped."""
     return re.sub(r"([\\`*\[\]<>|])", r"\\\1", " ".join(text.split()))
+
+
+def rounded_vector(values: Iterable[float]) -> tuple[float, float, float]:
+    """Return a vector with six decimals and without -0.0."""
+    x, y, z = (round(float(value), 6) + 0.0 for value in values)  # + 0.0 turns -0.0 into 0.0
+    return x, y, z

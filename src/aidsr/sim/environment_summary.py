@@ -7,7 +7,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from aidsr.core.artifacts import BodySummary, EnvironmentSummary, GeomSummary, MountSummary, SiteSummary, Vec3
+from aidsr.core.artifacts import BodySummary, EnvironmentSummary, GeomSummary, MountSummary, SiteSummary
+from aidsr.core.formatting import rounded_vector
 from aidsr.mjcf.compile import load_mjcf
 from aidsr.sandbox.isolated import isolated
 from aidsr.sim.actuator_force import control_of
@@ -48,7 +49,7 @@ def summarize_environment(environment: str, *, may_hold_robot: bool = False) -> 
     mujoco.mj_forward(model, data)
     bodies = [body for body in range(model.nbody) if body or model.body_geomnum[0]]
     return EnvironmentSummary(
-        gravity_m_s2=_vector(model.opt.gravity),
+        gravity_m_s2=rounded_vector(model.opt.gravity),
         timestep_s=model.opt.timestep,
         mounts=tuple(_mount(model, data, name) for name in mount_names(model)),
         bodies=tuple(_body(model, data, body) for body in bodies),
@@ -56,11 +57,6 @@ def summarize_environment(environment: str, *, may_hold_robot: bool = False) -> 
         sensors=tuple(model.sensor(i).name for i in range(model.nsensor)),
         actuators=tuple(command_in_words(model, actuator) for actuator in range(model.nactuator)),
     )
-
-
-def _vector(values: Any) -> Vec3:
-    x, y, z = (round(float(value), _DECIMALS) + 0.0 for value in values)  # + 0.0 turns -0.0 into 0.0
-    return x, y, z
 
 
 def _mount(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> MountSummary:
@@ -74,9 +70,9 @@ def _mount(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> MountSummar
         body = int(model.body_parentid[body])
     return MountSummary(
         name=name,
-        position_m=_vector(data.site_xpos[site]),
-        z_axis=_vector(axes[:, 2]),
-        x_axis=_vector(axes[:, 0]),
+        position_m=rounded_vector(data.site_xpos[site]),
+        z_axis=rounded_vector(axes[:, 2]),
+        x_axis=rounded_vector(axes[:, 0]),
         moved_by=tuple(movers),
     )
 
@@ -87,7 +83,7 @@ def _body(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> BodySummary:
     return BodySummary(
         name=model.body(body).name,
         parent=model.body(model.body_parentid[body]).name if body else "",
-        position_m=_vector(data.xpos[body]),
+        position_m=rounded_vector(data.xpos[body]),
         mass_kg=round(float(model.body_mass[body]), _DECIMALS),
         joints=tuple(_joint(model, data, joint) for joint in joints),
         free=any(model.jnt_type[joint] == _JOINT.mjJNT_FREE for joint in joints),
@@ -98,9 +94,9 @@ def _body(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> BodySummary:
 
 def _movable(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> bool:
     """Return whether a joint moves the centre of mass of a body by more than 1 um per radian or metre."""
-    way = np.zeros((3, model.nv))
-    mujoco.mj_jacBodyCom(model, data, way, None, body)
-    return bool((np.abs(way) > 10.0**-_DECIMALS).any())
+    jacobian = np.zeros((3, model.nv))
+    mujoco.mj_jacBodyCom(model, data, jacobian, None, body)
+    return bool((np.abs(jacobian) > 10.0**-_DECIMALS).any())
 
 
 def _joint(model: mujoco.MjModel, data: mujoco.MjData, joint: int) -> str:
@@ -108,7 +104,7 @@ def _joint(model: mujoco.MjModel, data: mujoco.MjData, joint: int) -> str:
     words = f"{model.joint(joint).name or 'joint'}: {kind.name.removeprefix('mjJNT_').lower()}"
     turns = kind in (_JOINT.mjJNT_HINGE, _JOINT.mjJNT_BALL)
     if kind in (_JOINT.mjJNT_HINGE, _JOINT.mjJNT_SLIDE):
-        axis = " ".join(f"{value:g}" for value in _vector(data.xaxis[joint]))
+        axis = " ".join(f"{value:g}" for value in rounded_vector(data.xaxis[joint]))
         words += f" {'about' if turns else 'along'} {axis}"
     if model.jnt_limited[joint]:
         low, high = np.rad2deg(model.jnt_range[joint]) if turns else model.jnt_range[joint]
@@ -163,11 +159,11 @@ def _geom(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> GeomSummary:
         name=model.geom(geom).name,
         shape=_GEOM(kind).name.removeprefix("mjGEOM_").lower(),
         size_m=tuple(round(float(value), _DECIMALS) for value in size),
-        position_m=_vector(data.geom_xpos[geom]),
-        z_axis=_vector(axes[:, 2]),
-        x_axis=_vector(axes[:, 0]),
+        position_m=rounded_vector(data.geom_xpos[geom]),
+        z_axis=rounded_vector(axes[:, 2]),
+        x_axis=rounded_vector(axes[:, 0]),
         solid=bool(model.geom_contype[geom] or model.geom_conaffinity[geom]),
-        friction=_vector(model.geom_friction[geom]),
+        friction=rounded_vector(model.geom_friction[geom]),
         priority=int(model.geom_priority[geom]),
     )
 
@@ -176,5 +172,5 @@ def _site(model: mujoco.MjModel, data: mujoco.MjData, site: int) -> SiteSummary:
     return SiteSummary(
         name=model.site(site).name,
         body=model.body(model.site_bodyid[site]).name,
-        position_m=_vector(data.site_xpos[site]),
+        position_m=rounded_vector(data.site_xpos[site]),
     )

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from aidsr.core.artifacts import Artifact, Robot, Vec3
+from aidsr.core.formatting import rounded_vector
 from aidsr.sandbox.isolated import isolated
 
 
@@ -54,16 +53,11 @@ def measure(robot: Robot) -> Extent:
     works_at = None
     if part is not None:
         body = model.body(part.body).id
-        works_at = _vector(data.xpos[body] - origin + data.xmat[body].reshape(3, 3) @ part.position_m)
+        works_at = rounded_vector(data.xpos[body] - origin + data.xmat[body].reshape(3, 3) @ part.position_m)
     return Extent(
-        low_m=_vector(low - origin),
-        high_m=_vector(high - origin),
+        low_m=rounded_vector(low - origin),
+        high_m=rounded_vector(high - origin),
         functional_part_m=works_at,
         length_m=round(structure.characteristic_length_m, 4),
         mass_kg=round(float(np.sum(model.body_mass[1:])), 4),
     )
-
-
-def _vector(values: Any) -> Vec3:
-    x, y, z = (round(float(value), 6) + 0.0 for value in values)  # + 0.0 turns -0.0 into 0.0
-    return x, y, z
