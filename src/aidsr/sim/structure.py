@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import mujoco
@@ -186,6 +187,24 @@ def joined_bodies(model: mujoco.MjModel) -> set[frozenset[int]]:
         for equality in np.flatnonzero(model.eq_active0).tolist()
         if joins_bodies(model, equality)
     }
+
+
+def root_of(model: mujoco.MjModel, structure: Structure, body: int) -> int:
+    """Return the root of the robot that carries a body; 0 for the world and the bodies of an environment."""
+    while body and body not in structure.roots:
+        body = int(model.body_parentid[body])
+    return body
+
+
+def string_ends(model: mujoco.MjModel, structure: Structure) -> Iterator[list[int]]:
+    """Yield, for each string, the roots it runs between; 0 is the world.
+
+    A string is a tendon without an actuator that has a limit or a stiffness. Driven cables do not hold separate parts
+    together, and a tendon that is only measured holds nothing.
+    """
+    for tendon in structure.tendons:
+        if not tendon.actuators and (model.tendon_limited[tendon.id] or np.any(model.tendon_stiffness[tendon.id])):
+            yield list(dict.fromkeys(root_of(model, structure, body) for body in tendon.bodies))
 
 
 def _moving_bodies(model: mujoco.MjModel, owned: tuple[int, ...]) -> tuple[int, ...]:

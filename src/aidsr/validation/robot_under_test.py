@@ -143,6 +143,15 @@ class RobotUnderTest:
         return first_sign(recording, row, self.model, self.structure, **_SPEED_LIMITS)
 
     @cached_property
+    def known_tests(self) -> tuple[int, ...]:
+        """Rows of the battery without the tests of actuators that have no control range.
+
+        The commands in such tests are guesses, so rules do not use them.
+        """
+        tests, drives = self.driven.tests, self.driven.drives
+        return tuple(row for row, test in enumerate(tests) if test.drive < 0 or drives[test.drive].ranged)
+
+    @cached_property
     def sound_tests(self) -> tuple[int, ...]:
         """Rows of the battery without a sign of divergence. Other rules use only these tests."""
         battery = self.driven.battery
@@ -185,9 +194,9 @@ class RobotUnderTest:
 
     def _effects_of(self, recording: Recording) -> NDArray[np.float64]:
         """Return the effect / L of each simulation, with the first simulation as reference, (n_sims,)."""
-        ways_m = displacements(recording, self.structure, self.model, reference=0)
-        largest_m = np.linalg.norm(ways_m, axis=-1).max(axis=(1, 2), initial=0.0)
-        held_m = np.linalg.norm(last_quarter(ways_m, axis=1).mean(axis=1), axis=-1).max(axis=1, initial=0.0)
+        displacements_m = displacements(recording, self.structure, self.model, reference=0)
+        largest_m = np.linalg.norm(displacements_m, axis=-1).max(axis=(1, 2), initial=0.0)
+        held_m = np.linalg.norm(last_quarter(displacements_m, axis=1).mean(axis=1), axis=-1).max(axis=1, initial=0.0)
         return np.asarray(np.where(self._shakes(recording), held_m, largest_m) / self.length_m)
 
     def shaking_g(self, recording: Recording) -> NDArray[np.float64]:

@@ -15,7 +15,6 @@ from aidsr.sim.deep_overlap import DEEP, DeepOverlap, deepest_overlap, half_thic
 from aidsr.validation.curves import battery_of, limits_of, make_signal
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Severity, Stage
-from aidsr.validation.rules.ranges import known_tests
 from aidsr.validation.signals import Signal
 
 CROSSED = 3.0
@@ -79,7 +78,7 @@ def _overlaps(robot: RobotUnderTest) -> dict[int, list[DeepOverlap | None]]:
     """Return the robot's deepest overlap in each checked frame, the deepest first, by row of the battery."""
     frames, tests = _Frames(robot), robot.driven.tests
     found = {}
-    for row in sorted(set(known_tests(robot)).intersection(robot.sound_tests)):
+    for row in sorted(set(robot.known_tests).intersection(robot.sound_tests)):
         looks = frames.of(row)[:: 1 if tests[row].kind in _EVERY_FRAME else _EVERY_OTHER]
         found[row] = sorted(map(frames.look, looks), key=_share, reverse=True)
     return found

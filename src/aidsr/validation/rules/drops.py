@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import Fault
-from aidsr.sim.structure import STANDARD_GRAVITY_M_S2
+from aidsr.sim.structure import STANDARD_GRAVITY_M_S2, string_ends
 from aidsr.validation.consequences import COLLAPSE, NO_MOTION, SHAKING
 from aidsr.validation.curves import (
     MAX_CURVES,
@@ -23,7 +23,6 @@ from aidsr.validation.curves import (
 )
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
-from aidsr.validation.rules.topology import string_ends
 from aidsr.validation.signals import Signal
 
 DROP_SHARE = 0.3
@@ -87,7 +86,7 @@ def _held_roots(robot: RobotUnderTest) -> Iterator[int]:
         loose = {joint for joint in joints - driven if int(model.jnt_type[joint]) in _TRAVELLING}
         if joints & driven and not loose:
             yield root
-    for ends in string_ends(robot):
+    for ends in string_ends(robot.model, robot.structure):
         if len(ends) > 1:
             yield from ends
 

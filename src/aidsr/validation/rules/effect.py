@@ -29,7 +29,6 @@ from aidsr.validation.curves import (
 from aidsr.validation.registry import is_explained
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
-from aidsr.validation.rules.ranges import known_tests
 from aidsr.validation.signals import Signal
 from aidsr.validation.thresholds import MAX_MASS_RATIO
 
@@ -62,7 +61,7 @@ def _find_no_effect(robot: RobotUnderTest) -> Iterator[Fault]:
     evidence = robot.driven
     if evidence.battery is None or not evidence.drives or is_explained("tendon_against_limit", robot.found):
         return
-    known = set(known_tests(robot)).intersection(robot.sound_tests)
+    known = set(robot.known_tests).intersection(robot.sound_tests)
     held = [row for row in sorted(known) if evidence.tests[row].kind in ("single", "released", "all")]
     whole = max((robot.effect_in(row) for row in held), default=0.0) < MIN_EFFECT
     if whole and _travels(robot, held):
@@ -86,7 +85,7 @@ def _find_no_effect(robot: RobotUnderTest) -> Iterator[Fault]:
             whole=whole,
         )
         return
-    if around := _furniture(robot):
+    if around := _touched_surroundings(robot):
         clear = robot.effects_if("without surroundings", without_contacts_of(around), tests)
         if wedged := improved_drives(robot, weak, clear, _LIMIT_GAIN):
             yield effect_fault(
@@ -110,7 +109,7 @@ def _find_no_effect(robot: RobotUnderTest) -> Iterator[Fault]:
     yield _strength_fault(robot, weak, tests, whole, least)
 
 
-def _furniture(robot: RobotUnderTest) -> list[int]:
+def _touched_surroundings(robot: RobotUnderTest) -> list[int]:
     """Return the geoms of the surroundings, except the ground, that touch the robot after settling or after a test."""
     model, evidence, found = robot.model, robot.driven, set[int]()
     battery, data = battery_of(robot), mujoco.MjData(robot.model)
@@ -135,8 +134,8 @@ def _travels(robot: RobotUnderTest, rows: Sequence[int]) -> bool:
     """Return whether a root with joints moves away from its path in the reference test, as on spinning wheels."""
     roots = [root for root in robot.structure.roots if root in robot.structure.moving]
     places_m = battery_of(robot).fields["xipos"][:, :, roots]
-    ways_m = np.linalg.norm(places_m[list(rows)] - places_m[0], axis=-1)
-    return bool(ways_m.max(initial=0.0) > MIN_EFFECT * robot.length_m)
+    displacements_m = np.linalg.norm(places_m[list(rows)] - places_m[0], axis=-1)
+    return bool(displacements_m.max(initial=0.0) > MIN_EFFECT * robot.length_m)
 
 
 def _mass_fault(robot: RobotUnderTest, drives: list[int], ratio: float, whole: bool) -> Fault:

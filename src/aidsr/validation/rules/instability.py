@@ -11,7 +11,6 @@ from aidsr.validation.curves import SETTLING, make_signal
 from aidsr.validation.divergence_causes import find_cause
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
-from aidsr.validation.rules.ranges import known_tests
 from aidsr.validation.signals import Signal
 from aidsr.validation.stiffness import explain_divergence
 from aidsr.validation.thresholds import BODY_SPEED_M_S, JOINT_SPEED_RAD_S
@@ -62,7 +61,7 @@ def _phases(robot: RobotUnderTest) -> Iterator[tuple[str, Recording, int]]:
     if robot.diverged(settle)[0]:
         yield "settling", settle, 0
     if battery is not None:
-        for row in sorted(set(known_tests(robot)).difference(robot.sound_tests)):
+        for row in sorted(set(robot.known_tests).difference(robot.sound_tests)):
             yield robot.describe_test(row), battery, row
 
 

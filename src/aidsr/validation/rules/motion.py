@@ -15,7 +15,6 @@ from aidsr.validation.curves import SETTLING, battery_of, find_body, limits_of, 
 from aidsr.validation.points import last_quarter
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
-from aidsr.validation.rules.ranges import known_tests
 from aidsr.validation.signals import Signal
 from aidsr.validation.thresholds import CHATTER_ERROR_G
 
@@ -35,8 +34,8 @@ _HINGE = int(mujoco.mjtJoint.mjJNT_HINGE)
 
 
 def _tests(robot: RobotUnderTest) -> list[int]:
-    """Return the rows of the tests that do not diverge and are among `known_tests`."""
-    return sorted(set(robot.sound_tests).intersection(known_tests(robot)))
+    """Return the rows of the tests that do not diverge and are among `RobotUnderTest.known_tests`."""
+    return sorted(set(robot.sound_tests).intersection(robot.known_tests))
 
 
 def _find_chatter(robot: RobotUnderTest) -> Iterator[Fault]:

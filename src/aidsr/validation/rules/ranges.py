@@ -41,15 +41,6 @@ def _find_ctrlrange_missing(robot: RobotUnderTest) -> Iterator[Fault]:
         )
 
 
-def known_tests(robot: RobotUnderTest) -> tuple[int, ...]:
-    """Return the rows of the battery without the tests of actuators that have no control range.
-
-    The commands in such tests are guesses, so rules do not use them.
-    """
-    drives = robot.driven.drives
-    return tuple(row for row, test in enumerate(robot.driven.tests) if test.drive < 0 or drives[test.drive].ranged)
-
-
 CTRLRANGE_MISSING = Rule(
     code="ctrlrange_missing",
     stage=Stage.SCOPE,

@@ -6,11 +6,10 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 import mujoco
-import numpy as np
 
 from aidsr.core.artifacts import Fault
 from aidsr.sim.geom_distance import geom_distance_m
-from aidsr.sim.structure import Chain, joined_bodies
+from aidsr.sim.structure import Chain, joined_bodies, root_of, string_ends
 from aidsr.validation.consequences import FALL, NO_MOTION
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
@@ -66,44 +65,28 @@ def _find_disconnected(robot: RobotUnderTest) -> Iterator[Fault]:
 def _inert_roots(robot: RobotUnderTest) -> Iterator[int]:
     """Yield the roots whose trees have neither joints nor cables; nothing if that holds for all roots."""
     model, structure = robot.model, robot.structure
-    alive = {_root_of(robot, body) for tendon in structure.tendons for body in tendon.bodies if body}
-    alive |= {_root_of(robot, int(model.jnt_bodyid[joint])) for joint in structure.joints}
+    alive = {
+        root_of(robot.model, robot.structure, body) for tendon in structure.tendons for body in tendon.bodies if body
+    }
+    alive |= {root_of(model, structure, int(model.jnt_bodyid[joint])) for joint in structure.joints}
     if alive:
         yield from (root for root in structure.roots if root not in alive)
-
-
-def string_ends(robot: RobotUnderTest) -> Iterator[list[int]]:
-    """Yield, for each string, the roots it runs between; 0 is the world.
-
-    A string is a tendon without an actuator that has a limit or a stiffness. Driven cables do not hold separate parts
-    together, and a tendon that is only measured holds nothing.
-    """
-    model = robot.model
-    for tendon in robot.structure.tendons:
-        if not tendon.actuators and (model.tendon_limited[tendon.id] or np.any(model.tendon_stiffness[tendon.id])):
-            yield list(dict.fromkeys(_root_of(robot, body) for body in tendon.bodies))
 
 
 def _links(robot: RobotUnderTest) -> Iterator[tuple[int, int]]:
     """Yield the pairs of roots that are joined: by an equality constraint, by a string, or fixed side by side."""
     roots = robot.structure.roots
     for bodies in sorted(map(sorted, joined_bodies(robot.model))):
-        ends = [_root_of(robot, body) for body in bodies]
+        ends = [root_of(robot.model, robot.structure, body) for body in bodies]
         if len(ends) == 2 and all(end in roots for end in ends):
             yield ends[0], ends[1]
-    for ends in string_ends(robot):
+    for ends in string_ends(robot.model, robot.structure):
         yield from ((one, other) for one, other in pairwise(ends) if one in roots and other in roots)
     fixed = [root for root in roots if root not in robot.structure.free_roots]
     for k, one in enumerate(fixed):
         for other in fixed[k + 1 :]:
             if _side_by_side(robot, one, other):
                 yield one, other
-
-
-def _root_of(robot: RobotUnderTest, body: int) -> int:
-    while body and body not in robot.structure.roots:
-        body = int(robot.model.body_parentid[body])
-    return body
 
 
 def _side_by_side(robot: RobotUnderTest, one: int, other: int) -> bool:
