@@ -89,7 +89,11 @@ def examine_text(
         if works:
             apply_rules(_of_stage(rules, Stage.BUILDING), robot)
             measurements["motors"] = motor_measurements(robot)
-    report = make_report(_explained(robot, measurements), measurements, notes + mounted.notes, realizable)
+    overlap_explains = overlap_explains_divergence(robot)
+    if overlap_explains is not None:
+        measurements["overlap_explains_divergence"] = overlap_explains
+    faults = _without_explained(robot.found, overlap_explains)
+    report = make_report(faults, measurements, notes + mounted.notes, realizable)
     return Examination(report, mounted, robot)
 
 
@@ -108,16 +112,16 @@ def _of_stage(rules: Sequence[Rule], stage: Stage) -> list[Rule]:
     return [rule for rule in rules if rule.stage is stage]
 
 
-def _explained(robot: RobotUnderTest, measurements: dict[str, Any]) -> tuple[Fault, ...]:
+def _without_explained(faults: Sequence[Fault], overlap_explains: bool | None) -> tuple[Fault, ...]:
     """Return the faults without those that another fault explains.
 
-    Whether an overlap explains a divergence is decided by a simulation; the answer is added to `measurements`.
+    Args:
+        faults: All faults of a robot.
+        overlap_explains: Result of `overlap_explains_divergence`.
     """
-    explains = overlap_explains_divergence(robot)
-    if explains is None:
-        return without_consequences(robot.found)
-    measurements["overlap_explains_divergence"] = explains
-    return without_consequences(with_verdict(robot.found, explains), () if explains else REFUTED)
+    if overlap_explains is None:
+        return without_consequences(faults)
+    return without_consequences(with_verdict(faults, overlap_explains), () if overlap_explains else REFUTED)
 
 
 def _open_environment(text: str) -> mujoco.MjModel:
@@ -245,14 +249,14 @@ def measure_places(robot: RobotUnderTest) -> dict[str, Any]:
     if evidence.battery is None or site < 0 or not robot.settled:
         return {}
     free = np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE).tolist()
-    ways_m = evidence.battery.fields["site_xpos"][:, :, site]
-    half = round(evidence.protocol.ramp_share * ways_m.shape[1] / 2)  # frames of the ramp count from 1
+    places_m = evidence.battery.fields["site_xpos"][:, :, site]
+    half = round(evidence.protocol.ramp_share * places_m.shape[1] / 2)  # frames of the ramp count from 1
     pulled = {}
     for row in sorted(set(robot.single_tests(range(len(evidence.drives)))) & set(robot.sound_tests)):
         drive = evidence.drives[evidence.tests[row].drive]
         if evidence.tests[row].command == drive.pull:
-            held_m = last_quarter(ways_m[row], axis=0).mean(axis=0)
-            pulled[robot.actuator(drive.actuator)] = [_rounded(ways_m[row][max(0, half - 1)]), _rounded(held_m)]
+            held_m = last_quarter(places_m[row], axis=0).mean(axis=0)
+            pulled[robot.actuator(drive.actuator)] = [_rounded(places_m[row][max(0, half - 1)]), _rounded(held_m)]
     return {
         "functional_part_at_rest_m": _rounded(evidence.settled.site_xpos[site]),
         "functional_part_pulled_m": pulled,
