@@ -13,7 +13,7 @@ from aidsr.core.formatting import counted
 from aidsr.fixes.record import EditDocument, Fix, Request, note
 from aidsr.mjcf.edit import effective_numbers, effective_value, exclude_contact, set_numbers
 from aidsr.mjcf.elements import Element, elements
-from aidsr.mjcf.names import named
+from aidsr.mjcf.names import named_elements
 
 if TYPE_CHECKING:
     import mujoco
@@ -35,7 +35,7 @@ def attached_overlaps(root: Element, _: Request) -> Iterator[str]:
         model = compile_mjcf(etree.tostring(root, encoding="unicode"))
     except MjcfError:
         return
-    bodies = {element.get("name", ""): element for element, kind in named(root) if kind == "body"}
+    bodies = {element.get("name", ""): element for element, kind in named_elements(root) if kind == "body"}
     for upper, lower in sorted(_attached_overlaps(model)):
         first, second = (
             cast("str", mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, body)) for body in (upper, lower)

@@ -10,7 +10,7 @@ from aidsr.core.suggestions import one_slip_away, only_close_name
 from aidsr.fixes.record import EditDocument, Fix, Request, note
 from aidsr.mjcf.defaults import default_classes
 from aidsr.mjcf.elements import Element, attributes, elements
-from aidsr.mjcf.names import known_names, named, references
+from aidsr.mjcf.names import known_names, named_elements, references
 from aidsr.mjcf.schema import ElementSchema, mjcf_schema
 
 _SURE = 0.8
@@ -145,7 +145,7 @@ def duplicate_names_in_use(root: Element, _: Request) -> Iterator[str]:
 
 def _sites(root: Element) -> dict[str, list[Element]]:
     found = defaultdict(list)
-    for element, kind in named(root):
+    for element, kind in named_elements(root):
         if kind == "site" and not _is_replicated(element):
             found[element.get("name", "")].append(element)
     return found
@@ -180,12 +180,12 @@ def _bodies_between(one: Element, other: Element) -> int:
 
 def _rename_duplicates(root: Element, keeps: Callable[[str, str], bool]) -> Iterator[str]:
     taken: dict[str, set[str]] = defaultdict(set)
-    for element, kind in named(root):
+    for element, kind in named_elements(root):
         taken[kind].add(element.get("name", ""))
     for _, kind, name in references(root):
         taken[kind].add(name)
     seen: Counter[tuple[str, str]] = Counter()
-    for element, kind in list(named(root)):
+    for element, kind in list(named_elements(root)):
         name = element.get("name", "")
         seen[kind, name] += 1
         number = seen[kind, name]

@@ -109,7 +109,7 @@ def _shorten_chain(first: Element) -> None:
     also = _also([(link, more) for link, (_, more) in zip(left_out, matches, strict=True) if more])
     if differences is None or also is None:
         return
-    comment = f"{len(left_out)} more, {_named(left_out)}: each inside the one before and like {pattern.get('name')}"
+    comment = f"{len(left_out)} more, {_names_of(left_out)}: each inside the one before and like {pattern.get('name')}"
     left_out[0].addprevious(etree.Comment(_comment(comment + differences + also)))
     _remove(left_out[0])
     pattern.extend(following)
@@ -147,7 +147,7 @@ def _also(links: Sequence[tuple[Element, list[Element]]]) -> str | None:
             return None
         names = ", ".join(_label(link) for link, _ in alike)
         quotation = "".join(str(etree.tostring(part, encoding="unicode", with_tail=False)) for part in quoted)
-        called = [_named(parts) for parts in zip(*(more for _, more in alike), strict=True) if parts[0].get("name")]
+        called = [_names_of(parts) for parts in zip(*(more for _, more in alike), strict=True) if parts[0].get("name")]
         own_names = f" ({'; '.join(called)})" if others and called else ""
         comment += f"; {names} also {'have' if others else 'has'} {quotation}{own_names}{differences}"
     return comment
@@ -173,7 +173,9 @@ def _shorten_row(row: Sequence[Element]) -> None:
 
 def _leave_out(pattern: Element, left_out: Sequence[Element], whole: bool) -> bool:
     """Replace elements that are like the pattern by a comment; return False and do nothing if it would be too long."""
-    comment = f"{_named(left_out)}: like {_label(pattern)}" if whole else f"{len(left_out)} more: {_named(left_out)}"
+    comment = (
+        f"{_names_of(left_out)}: like {_label(pattern)}" if whole else f"{len(left_out)} more: {_names_of(left_out)}"
+    )
     differences = _differences(_elements(pattern), [_elements(element) for element in left_out])
     if differences is None:
         return False
@@ -278,7 +280,7 @@ def _is_steady(values: Sequence[str]) -> bool:
     return bool(np.all(np.all(steps >= 0, axis=0) | np.all(steps <= 0, axis=0)))
 
 
-def _named(elements: Sequence[Element]) -> str:
+def _names_of(elements: Sequence[Element]) -> str:
     names = [_label(element) for element in elements]
     return ", ".join(names) if len(names) <= 2 else f"{names[0]}, {names[1]} … {names[-1]}"
 

@@ -186,7 +186,7 @@ def read_shape(use: FileUse, mjcf: str, content: bytes) -> Shape:
         UserError: MuJoCo cannot read the file, or a height field is too large.
     """
     root = parse_document(mjcf).root
-    element = _named(root, use)
+    element = _element_of_use(root, use)
     file = f"shape{posixpath.splitext(use.path)[1].lower()}"
     written = {name: value for name, value in attributes(element) if name not in ("class", "name", "file")}
     if use.element == "mesh" and (scale := setting(element, "scale", default_classes(root))) is not None:
@@ -253,7 +253,7 @@ def put_in_shapes(merged: Merged, shapes: list[Shape]) -> str:
     root = parse_document(merged.mjcf).root
     volumes: dict[str, float] = {}
     for use, shape in zip(merged.uses, shapes, strict=True):
-        element = _named(root, use)
+        element = _element_of_use(root, use)
         for attribute in ("file", "content_type", "scale", "refpos", "refquat", "class"):
             _drop(element, attribute)
         element.set("name", use.name)
@@ -297,7 +297,7 @@ def _keep_masses(root: Element, volumes: dict[str, float]) -> None:
         geom.set("mass", f"{kg_m3 * volumes[mesh.value]:.{_DIGITS}g}")
 
 
-def _named(root: Element, use: FileUse) -> Element:
+def _element_of_use(root: Element, use: FileUse) -> Element:
     for element in elements(root, use.element):
         file = element.get("file")
         if file is not None and (element.get("name") or _stem(file)) == use.name:

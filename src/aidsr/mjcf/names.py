@@ -70,7 +70,7 @@ _NUMBERED = re.compile(r"(.*?)(?<!\d)(\d{1,9})(\D*)")
 def duplicate_names(root: Element) -> Iterator[Fault]:
     """Yield a fault for each element with the name of an earlier element of the same kind."""
     first: dict[tuple[str, str], Element] = {}
-    for element, kind in named(root):
+    for element, kind in named_elements(root):
         before = first.setdefault((kind, element.get("name", "")), element)
         if before is not element:
             problem = f"the {kind} in line {line_of(before)} has this name already"
@@ -97,7 +97,7 @@ def undefined_references(root: Element) -> Iterator[Fault]:
         )
 
 
-def named(root: Element) -> Iterator[tuple[Element, str]]:
+def named_elements(root: Element) -> Iterator[tuple[Element, str]]:
     """Yield each named element and its kind, without the entries of <default>."""
     described = _inside(root, {"default"})
     for element in elements(root):
@@ -114,7 +114,7 @@ def known_names(root: Element) -> dict[str, set[str]]:
     known: dict[str, set[str]] = defaultdict(set)
     known["body"].add("world")
     known["default class"] = {"main"} | {element.get("class", "main") for element in elements(root, "default")}
-    for element, kind in named(root):
+    for element, kind in named_elements(root):
         known[kind].add(element.get("name", ""))
     return known
 

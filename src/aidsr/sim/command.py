@@ -51,16 +51,16 @@ def command_of(model: mujoco.MjModel, actuator: int) -> Command | None:
     acted_on = _acted_on(model, actuator)
     if acted_on is None or offset:
         return None
-    (way, force), gear = acted_on
-    servo = way and np.isclose(position, -gain)
+    (position_unit, force), gear = acted_on
+    servo = position_unit and np.isclose(position, -gain)
     if servo and dynamics == _DYNAMICS.mjDYN_INTEGRATOR:
-        return Command("speed", f"{way}/s", 1.0 / gear)
+        return Command("speed", f"{position_unit}/s", 1.0 / gear)
     if dynamics not in _PLAIN:
         return None
     if servo:
-        return Command("position", way, 1.0 / gear)
-    if way and not position and np.isclose(speed, -gain):
-        return Command("speed", f"{way}/s", 1.0 / gear)
+        return Command("position", position_unit, 1.0 / gear)
+    if position_unit and not position and np.isclose(speed, -gain):
+        return Command("speed", f"{position_unit}/s", 1.0 / gear)
     return None if position or speed else Command("force", force, gain * gear)
 
 

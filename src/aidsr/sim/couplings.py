@@ -25,13 +25,13 @@ class Coupling:
     Attributes:
         joint: Id of the follower.
         leader: Id of the leader; -1 if the follower is held in place.
-        way: Displacement of the follower from its reference position as a polynomial of the leader's displacement
-            [rad or m].
+        polynomial: Displacement of the follower from its reference position as a polynomial of the leader's
+            displacement [rad or m].
     """
 
     joint: int
     leader: int
-    way: Polynomial
+    polynomial: Polynomial
 
 
 def read_couplings(model: mujoco.MjModel) -> tuple[Coupling, ...]:
@@ -45,8 +45,8 @@ def read_couplings(model: mujoco.MjModel) -> tuple[Coupling, ...]:
         if int(model.eq_type[equality]) == kind:
             joint, leader = int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality])
             coefficients = np.array(model.eq_data[equality, :5])
-            way = Polynomial(coefficients if leader >= 0 else coefficients[:1])
-            waiting.setdefault(joint, Coupling(joint, leader, way))
+            polynomial = Polynomial(coefficients if leader >= 0 else coefficients[:1])
+            waiting.setdefault(joint, Coupling(joint, leader, polynomial))
     ordered: list[Coupling] = []
     while ready := [each for each in waiting.values() if each.leader not in waiting]:
         ordered += ready
@@ -66,7 +66,7 @@ def follow(model: mujoco.MjModel, couplings: tuple[Coupling, ...], qpos: Array) 
     for each in couplings:
         at, reference = int(model.jnt_qposadr[each.joint]), model.qpos0
         led = int(model.jnt_qposadr[each.leader]) if each.leader >= 0 else at
-        qpos[at] = reference[at] + each.way(qpos[led] - reference[led])
+        qpos[at] = reference[at] + each.polynomial(qpos[led] - reference[led])
 
 
 def onto_leaders(model: mujoco.MjModel, couplings: tuple[Coupling, ...], qpos: Array, arms: Array) -> Array:
@@ -83,7 +83,7 @@ def onto_leaders(model: mujoco.MjModel, couplings: tuple[Coupling, ...], qpos: A
         dof = int(model.jnt_dofadr[each.joint])
         if each.leader >= 0:
             at = int(model.jnt_qposadr[each.leader])
-            slope = float(each.way.deriv()(qpos[at] - model.qpos0[at]))
+            slope = float(each.polynomial.deriv()(qpos[at] - model.qpos0[at]))
             moved[..., int(model.jnt_dofadr[each.leader])] += slope * moved[..., dof]
         moved[..., dof] = 0.0
     return moved

@@ -176,9 +176,11 @@ class _Run:
         for name in self.fields:
             self.kept[name][rows, frames] = by_frame[name][:, :, -1]
         self.fastest[rows, frames] = np.abs(by_frame["qvel"]).max(axis=2)
-        way = np.diff(by_frame["xipos"], axis=2)
-        self.speed[rows, frames] = np.sqrt(np.einsum("...i,...i", way, way).max(axis=2)) / self.timestep_s
-        change = way[:, :, -1] - way[:, :, -2]
+        displacement = np.diff(by_frame["xipos"], axis=2)
+        self.speed[rows, frames] = (
+            np.sqrt(np.einsum("...i,...i", displacement, displacement).max(axis=2)) / self.timestep_s
+        )
+        change = displacement[:, :, -1] - displacement[:, :, -2]
         self.acceleration[rows, frames] = np.sqrt(np.einsum("...i,...i", change, change)) / self.timestep_s**2
 
     def _drop(self, simulation: int, frame: int, reason: str) -> None:

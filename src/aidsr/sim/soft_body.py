@@ -234,11 +234,14 @@ def _series(
         while parent and parent not in anchors:
             parent = int(parents[parent])
         before[body] = parent
-    ways_m = {
+    distances_m = {
         body: float(np.linalg.norm(anchors[body] - anchors[parent])) if parent else 0.0
         for body, parent in before.items()
     }
-    new = {body: not before[body] or ways_m[body] >= SAME_POINT * structure.characteristic_length_m for body in bending}
+    new = {
+        body: not before[body] or distances_m[body] >= SAME_POINT * structure.characteristic_length_m
+        for body in bending
+    }
     series, kept = 0, set[int]()
     for leaf in set(bending) - set(before.values()):
         line = [leaf]
@@ -249,7 +252,7 @@ def _series(
         series = max(series, shared)
         if shared >= SERIES_JOINTS:
             kept.update(line)
-    links_m = [ways_m[body] for body in kept if before[body] and new[body]]
+    links_m = [distances_m[body] for body in kept if before[body] and new[body]]
     if not links_m:
         return series, tuple(sorted(kept)), 0.0
     median_m = float(np.median(links_m))

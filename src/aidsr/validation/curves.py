@@ -90,8 +90,8 @@ def battery_of(robot: RobotUnderTest) -> Recording:
 
 def moved_over_length(robot: RobotUnderTest) -> Array:
     """Return the largest displacement of any point from the reference test / L, (n_tests, n_frames)."""
-    ways = displacements(battery_of(robot), robot.structure, robot.model, reference=0)
-    moved = np.linalg.norm(ways, axis=-1).max(axis=2, initial=0.0)
+    displacements_m = displacements(battery_of(robot), robot.structure, robot.model, reference=0)
+    moved = np.linalg.norm(displacements_m, axis=-1).max(axis=2, initial=0.0)
     return np.asarray(moved / robot.length_m)
 
 

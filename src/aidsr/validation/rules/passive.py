@@ -171,8 +171,8 @@ def _find_underdamped(robot: RobotUnderTest) -> Iterator[Fault]:
 def _is_even(path_m: NDArray[np.float64], share: float) -> bool:
     """Return whether the third largest distance between reversals of a path is at least `share` of the largest."""
     turns = 1 + np.flatnonzero(np.diff(np.sign(np.diff(path_m))))
-    ways_m = np.sort(np.abs(np.diff(path_m[[0, *turns, -1]])))
-    return bool(len(ways_m) >= 3 and ways_m[-3] >= share * ways_m[-1])
+    displacements_m = np.sort(np.abs(np.diff(path_m[[0, *turns, -1]])))
+    return bool(len(displacements_m) >= 3 and displacements_m[-3] >= share * displacements_m[-1])
 
 
 def _owner_of_point(robot: RobotUnderTest, point: int) -> tuple[str, ...]:
