@@ -15,6 +15,7 @@ from aidsr.core.arguments import check_type, check_whole_number
 from aidsr.core.artifacts import ActuatorGroup, Evaluation, Placement, Robot, Scene
 from aidsr.core.errors import UserError
 from aidsr.core.extras import require_extra
+from aidsr.core.numbered import is_number
 from aidsr.core.plain_tree import require_plain_tree, require_regular_file
 from aidsr.runs.folders import DesignFolder, Run
 from aidsr.runs.status import newest
@@ -502,7 +503,7 @@ def find_scene(
 def _scene_of_design(design: DesignFolder, task: str | Task, level: Level | None, goal: str | Path) -> DesignedScene:
     scene = design.final_scene.path
     if not scene.exists():
-        outcome = design.outcome.read() if design.path.name.isdigit() else None
+        outcome = design.outcome.read() if is_number(design.path.name) else None
         if outcome is not None:
             raise UserError(
                 f"{design.path} was not approved ({outcome.outcome}): {outcome.reason.rstrip('.')}. Only an approved "

@@ -45,12 +45,13 @@ def model_of(path: Path) -> Path:
         UserError: The folder is a run, or holds neither a scene nor a robot.
     """
     from aidsr.core.errors import UserError
+    from aidsr.core.numbered import numbered_in
 
     if (path / "run.json").exists():
         raise UserError(f"{path} is a run, not a design; give one of its designs, for example {path / 'designs' / '1'}")
     if not path.is_dir():
         return path
-    iterations = [path, *sorted(path.glob("[0-9]*"))]
+    iterations = [path, *numbered_in(path)]
     candidates = [
         path / "final.xml",
         *(it / f"{stem}.xml" for it in reversed(iterations) for stem in ("scene", "robot")),
