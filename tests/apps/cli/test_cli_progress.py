@@ -182,6 +182,16 @@ def test_panel_knows_a_design_by_its_number(tmp_path) -> None:
     assert "2  concept 2   iteration 1   $0" in console.file.getvalue()
 
 
+@pytest.mark.parametrize("model", ["builtin", "reference"])
+def test_panel_shows_no_cost_where_no_model_is_called(model, tmp_path) -> None:
+    run, console = new_run(tmp_path, model=model), terminal()
+    run_designs(run, parts(Scripted()))
+    panel = Panel(console, run)
+    panel.on_event(1, StepDone(step="critique", iteration=1, summary="passed"))
+    console.print(panel)
+    assert "$" not in console.file.getvalue()
+
+
 @pytest.mark.parametrize(
     ("line", "decision"),
     [

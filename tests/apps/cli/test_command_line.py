@@ -13,6 +13,8 @@ import aidsr.tasks
 from aidsr.apps.cli import app, main
 from aidsr.apps.cli.doctor import checks
 from aidsr.apps.cli.view import model_of
+from aidsr.core.artifacts import Outcome
+from aidsr.core.config import Budget
 from aidsr.core.errors import ModelError, UserError
 from aidsr.loop.runner import run_designs
 from aidsr.mjcf.read import SIZE_LIMITS
@@ -124,6 +126,23 @@ def test_view_finds_the_model_of_a_design(tmp_path) -> None:
     for nothing in (run.path, tmp_path):
         with pytest.raises(UserError, match=r"is a run, not a design|is not a design"):
             model_of(nothing)
+
+
+def test_view_finds_the_newest_of_a_hundred_iterations(tmp_path) -> None:
+    for name in ("02", "10", "99", "100"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "robot.xml").touch()
+    assert model_of(tmp_path) == tmp_path / "100" / "robot.xml"
+
+
+def test_resume_replaces_only_the_limits_that_are_given(tmp_path) -> None:
+    run = new_run(tmp_path, budget=Budget(tokens=60, cost_usd=1))
+    run.concepts.write(())
+    run.design(1).outcome.write(Outcome(outcome="invalid", reason="made", iteration=1))
+    assert run_main("resume", str(run.path), "--max-cost", "2") == 1
+    assert run.budget() == Budget(tokens=60, cost_usd=2)
+    assert run_main("resume", str(run.path), "--max-tokens", "90") == 1
+    assert run.budget() == Budget(tokens=90, cost_usd=2)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere there is always a display")

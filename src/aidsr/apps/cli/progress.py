@@ -27,6 +27,7 @@ from aidsr.runs import Run, read_status
 from aidsr.runs.event_text import DOING, sentence
 from aidsr.runs.events import Event, StepDone, StepStarted
 from aidsr.runs.status import newest
+from aidsr.teams.providers import is_offline
 
 
 def follow_run(run: Run, parts: Parts) -> int:
@@ -118,7 +119,7 @@ class Panel:
 
     def __init__(self, console: Console, run: Run) -> None:
         self._run = run
-        self._paid = run.asked().config.model != "builtin"
+        self._paid = not is_offline(run.asked().config.model)
         self._lines: dict[int, _Line] = {}
         self._spinner = Spinner("dots", style="cyan")
         self._live = Live(self, console=console, refresh_per_second=8, transient=True)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from aidsr.apps.cli.spending import Limits
+from aidsr.apps.cli.spending import Limits, merged_limits
 
 
 def resume(
@@ -20,8 +20,8 @@ def resume(
 ) -> int:
     """Continue a run that was stopped or killed.
 
-    Finished work is kept, and no answered call to a language model is repeated. Limits given here replace the earlier
-    ones and include what is already spent; designs that ran out of budget are continued.
+    Finished work is kept, and no answered call to a language model is repeated. A limit given here replaces the
+    earlier one of its kind and includes what is already spent; designs that ran out of budget are continued.
 
         aidsr resume runs/2026-01-31_1002_button_pushing_7f3a
 
@@ -41,6 +41,6 @@ def resume(
 
     found = Run(run)
     if limits is not None and limits != Limits():
-        replace_budget(found, limits.value())
+        replace_budget(found, merged_limits(found.budget(), limits.given))
     confirmed(partial(require_run_is_ours, found), trust)
     return follow_run(found, parts_of(found))

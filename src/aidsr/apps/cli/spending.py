@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -24,6 +25,11 @@ else:
     Limits = options_for(Budget, name=limit_name)
 
 
+def merged_limits(kept: Budget, given: Mapping[str, float | int | None]) -> Budget:
+    """Return limits with those given replaced; a limit given as None is kept."""
+    return kept.model_copy(update={name: limit for name, limit in given.items() if limit is not None})
+
+
 @Parameter(name="*")
 @dataclass(frozen=True)
 class StudyLimits:
@@ -44,8 +50,7 @@ class StudyLimits:
 
     def changed(self, kept: Budget) -> Budget:
         """Return the recorded limits of a study, with the given ones replaced."""
-        given = {"tokens": self.max_tokens, "cost_usd": self.max_cost}
-        return kept.model_copy(update={name: limit for name, limit in given.items() if limit is not None})
+        return merged_limits(kept, {"tokens": self.max_tokens, "cost_usd": self.max_cost})
 
 
 def print_estimate(config: RunConfig, runs: Path) -> None:
