@@ -56,6 +56,39 @@ def test_a_study_is_counted_beside_the_runs_and_elsewhere(tmp_path: Path) -> Non
     assert "is not a study plan" in second.complaint
 
 
+def test_an_unreadable_study_at_work_is_listed_without_a_share(tmp_path: Path) -> None:
+    fcntl = pytest.importorskip("fcntl")
+    (tmp_path / "broken").mkdir()
+    (tmp_path / "broken" / "study.toml").write_text("tasks = 3")
+    site = Site.at(tmp_path)
+    site.processes.folder.mkdir(parents=True)
+    with (site.processes.folder / f"{site.studies.process('broken')}.log").open("wb") as log:
+        fcntl.flock(log, fcntl.LOCK_EX)
+        assert [view.at_work for view in read(site.studies)] == [True]
+        (task,) = site.work.tasks()
+    assert (task.kind, task.share) == ("study", None)
+
+
+def test_studies_of_the_same_name_have_keys_of_their_own(tmp_path: Path) -> None:
+    runs, more = tmp_path / "runs", [tmp_path / "one" / "first", tmp_path / "other" / "first"]
+    for path in (runs / "2", runs / "first", *more):
+        path.mkdir(parents=True)
+        (path / "study.toml").write_text("tasks = 3")
+    studies = studies_in(runs, *more)
+    assert [view.key for view in read(studies)] == ["2", "first", "first-2", "first-3"]
+    assert [studies.folder(key) for key in ("2", "first", "first-2", "first-3")] == [runs / "2", runs / "first", *more]
+
+
+def test_a_folder_is_never_hidden_by_the_key_of_another(tmp_path: Path) -> None:
+    runs, far = tmp_path / "runs", [tmp_path / "one" / "first", tmp_path / "other" / "first-2"]
+    for path in (runs / "first", *far):
+        path.mkdir(parents=True)
+        (path / "study.toml").write_text("tasks = 3")
+    studies = studies_in(runs, *far)
+    assert studies.folder("first-2") == far[1], "its own name"
+    assert studies.folder("first-3") == far[0]
+
+
 def test_what_is_left_of_the_limits_of_a_study_is_shown(tmp_path: Path) -> None:
     limited, free = made_study(tmp_path / "first"), made_study(tmp_path / "second")
     set_budget(limited, Budget(cost_usd=20, tokens=1_000_000))
@@ -150,7 +183,9 @@ def test_a_form_says_by_which_protocol_policies_are_trained(tmp_path: Path, prot
         ({"name": ""}, "has no name"),
         ({"name": "../out"}, "cannot be used as a folder name"),
         ({"name": "first"}, "already exists"),
-        ({"designs": None}, "Designs per task and arm: at least 1"),
+        ({"designs": None}, "Designs per task and arm must be a whole number of at least 1"),
+        ({"designs": 0}, "Designs per task and arm must be a whole number of at least 1"),
+        ({"seeds": 2.7}, "Policies per design must be a whole number of at least 0"),
         ({"designs": 4}, "not a multiple of 3 concepts per run; use 3 or 6 designs"),
         ({"models": []}, "no model is selected"),
     ],

@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,6 +27,9 @@ if TYPE_CHECKING:
 _EVERY_S = 15.0
 """Maximum age of a reading. Our choice: a study lasts hours, and reading one of 200 designs takes about a second."""
 
+
+JOBS = 2
+"""Number of parallel jobs of a study that is resumed here. Source: default of `aidsr benchmark`."""
 
 _BETWEEN = "~"
 """Separator of study, arm, task and number in the name of a run; none of these parts contains it."""
@@ -198,14 +202,19 @@ class Studies:
         return self._processes.output_tail(self.process(key))
 
     def _folders(self) -> dict[str, Path]:
+        """Return the folders of the studies by key: a folder's name, with a suffix as in "name-2" if it is taken."""
         beside = sorted(self._runs.iterdir()) if self._runs.is_dir() else []
         found: dict[str, Path] = {}
+        without_key: list[tuple[str, Path]] = []
         for path in (*beside, *self._more):
             if (path / "study.toml").is_file():
-                key = path.resolve().name
-                if not is_name(key) or key in found:
-                    key = str(len(found) + 1)
-                found[key] = path
+                name = path.resolve().name
+                if is_name(name) and name not in found:
+                    found[name] = path
+                else:
+                    without_key.append((name if is_name(name) else "study", path))
+        for name, path in without_key:  # last, so that no suffix takes the name of another folder
+            found[next(key for number in count(2) if (key := f"{name}-{number}") not in found)] = path
         return found
 
     def _view(self, key: str, path: Path) -> StudyView:

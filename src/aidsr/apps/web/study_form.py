@@ -7,10 +7,11 @@ from typing import Any, get_args
 
 from nicegui import app, ui
 
+from aidsr.apps.web.form_values import whole_number
 from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import working
 from aidsr.apps.web.site import Site
-from aidsr.apps.web.study_page import JOBS
+from aidsr.apps.web.studies import JOBS
 from aidsr.apps.web.widgets import box, button, fact, text
 from aidsr.core.config import BUILTIN, Budget, Protocol, StudyMethod, checked_config
 from aidsr.core.errors import UserError
@@ -99,7 +100,7 @@ def asked(site: Site, form: Form) -> _Asked:
     path = site.library.path / name
     if path.exists():
         raise UserError(f"{name} already exists; choose another name")
-    numbers = {key: _whole(form[key], title, least) for key, (title, least, _) in _NUMBERS.items()}
+    numbers = {key: whole_number(title, form[key], least=least) for key, (title, least, _) in _NUMBERS.items()}
     empty = [title for key, title in (("tasks", "task"), ("models", "model"), ("methods", "method")) if not form[key]]
     if empty:
         raise UserError(f"no {empty[0]} is selected; select at least one")
@@ -120,12 +121,6 @@ def asked(site: Site, form: Form) -> _Asked:
     found = _Asked(Study(path, plan), checked_config({"budget": given}).budget, numbers["jobs"])
     check_budget(found.study, found.budget)
     return found
-
-
-def _whole(value: Any, title: str, least: int) -> int:
-    if value is None or value < least:
-        raise UserError(f"{title}: at least {least}")
-    return int(value)
 
 
 def _what(form: Form) -> None:

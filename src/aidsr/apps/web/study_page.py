@@ -10,13 +10,10 @@ from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import as_action, live
 from aidsr.apps.web.run_page import not_found
 from aidsr.apps.web.site import Site
-from aidsr.apps.web.studies import RunOfStudy, StudyView
+from aidsr.apps.web.studies import JOBS, RunOfStudy, StudyView
 from aidsr.apps.web.studies_panel import spending_of
 from aidsr.apps.web.widgets import badge, box, button, fact, notice, points, text
 from aidsr.core.errors import AidsrError
-
-JOBS = 2
-"""Number of parallel jobs of a study that is resumed here. Source: default of `aidsr benchmark`."""
 
 
 def add_study_page(site: Site) -> None:

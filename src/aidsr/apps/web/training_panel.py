@@ -11,7 +11,9 @@ from typing import Any
 from nicegui import app, ui
 
 from aidsr.apps.web.curve import curve_svg
+from aidsr.apps.web.form_values import whole_number
 from aidsr.apps.web.live import as_action, live, show_error, working
+from aidsr.apps.web.measure_form import measure_arguments, measure_field
 from aidsr.apps.web.recorded_episodes import Stage, record, replay_name, variation_of
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.view3d import Episode
@@ -23,7 +25,6 @@ from aidsr.core.formatting import format_check, format_duration, format_time_lef
 from aidsr.learn.rl.recipe import is_hopeless
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.trainings import CurveRow, Inspection, Training, read_curve, trainings_of
-from aidsr.tasks import task_names
 
 Play = Callable[[int, ui.button], None]
 """Function that plays a held-out variation; the pressed button shows a loading state while it takes seconds."""
@@ -174,7 +175,8 @@ def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
     choices: dict[str, Any] = app.storage.user.setdefault("training", dict(_DEFAULTS))
 
     def start() -> None:
-        steps, seeds = _whole(choices["steps"], "steps"), _whole(choices["seeds"], "policies")
+        steps = whole_number("steps", choices["steps"], least=1)
+        seeds = whole_number("policies", choices["seeds"], least=1)
         task = measure_arguments(run, choices)
         films = [] if choices.get("films", True) else ["--no-videos"]
         site.processes.start(
@@ -378,33 +380,3 @@ def _inspection(training: Training, read: tuple[bool, Inspection | None]) -> Non
             field.props["maxlength"] = 1000
             button("Plausible", as_action(lambda: inspect(plausible=True)), "quiet", "check")
             button("Not plausible", as_action(lambda: inspect(plausible=False)), "quiet", "close")
-
-
-def _whole(value: object, what: str) -> int:
-    if not isinstance(value, int | float) or value < 1:
-        raise UserError(f"{what} must be a whole number of at least 1")
-    return int(value)
-
-
-def measure_field(run: Run, choices: dict[str, Any]) -> None:
-    """Show the field for the task that measures success, if the run has neither a task nor a goal."""
-    if not _is_measured(run):
-        task = ui.select(list(task_names()), label="Task that measures success").props("outlined dense")
-        task.bind_value(choices, "task")
-
-
-def measure_arguments(run: Run, choices: dict[str, Any]) -> list[str]:
-    """Return the command-line arguments for the chosen task; empty where the run has its own task or goal.
-
-    Raises:
-        UserError: No task was chosen.
-    """
-    if _is_measured(run):
-        return []
-    if not choices["task"]:
-        raise UserError("this objective has no goal to measure success; select a task that measures it")
-    return ["--task", str(choices["task"])]
-
-
-def _is_measured(run: Run) -> bool:
-    return bool(run.asked().task) or run.goal.path.exists()

@@ -98,8 +98,9 @@ class Work:
                 doing = f"{view.runs_done} of {view.runs} runs finished, {view.jobs_left} jobs remaining"
                 since = began.isoformat(timespec="seconds")
                 left_s = 3600 * view.core_hours_left / self._site.studies.jobs(view.key)
-                done, address = view.runs_done / view.runs, f"/study/{view.key}"
-                yield Task("study", f"study {view.name}", address, doing, since, done, left_s or None, process)
+                share = view.runs_done / view.runs if view.runs else None  # an unreadable study has no runs
+                address = f"/study/{view.key}"
+                yield Task("study", f"study {view.name}", address, doing, since, share, left_s or None, process)
 
     def _job(self, name: str, view: RunView, job: Job) -> Task:
         title = f"{view.title}, design {job.number}: {view.design(job.number).status.concept}"
