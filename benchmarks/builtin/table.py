@@ -32,14 +32,12 @@ from typing import Any
 from pydantic import Field
 
 from aidsr.core.artifacts import Artifact, Evaluation
-from aidsr.core.config import Protocol, RunConfig
+from aidsr.core.config import BUDGET_STEPS, VERDICT_EPISODES, Protocol, RunConfig
 from aidsr.core.errors import UserError
 from aidsr.core.provenance import commit, processor
 from aidsr.core.rates import Rate
-from aidsr.learn.rl.evaluation import VERDICT_EPISODES
 from aidsr.learn.rl.policy import without_critics
 from aidsr.learn.rl.recipe import PROTOCOLS, Recipe
-from aidsr.learn.rl.training_config import BUDGET_STEPS
 from aidsr.learn.rl.training_folder import TrainingFolder
 from aidsr.runs.files import replace_file
 from aidsr.studies.jobs import training_folder_of

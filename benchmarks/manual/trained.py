@@ -23,11 +23,11 @@ from statistics import fmean
 import aidsr
 from aidsr.api import find_scene
 from aidsr.core.artifacts import Evaluation
+from aidsr.core.config import BUDGET_STEPS
 from aidsr.core.rates import Rate
 from aidsr.learn.rl.recipe import Recipe
 from aidsr.learn.rl.trained import evaluate_training
 from aidsr.learn.rl.training import train
-from aidsr.learn.rl.training_config import BUDGET_STEPS
 from aidsr.runs import Run, read_status
 from aidsr.runs.folders import DesignFolder
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
 
-from aidsr.learn.rl.training_config import BUDGET_STEPS
+from aidsr.core.config import BUDGET_STEPS
 from aidsr.studies.jobs import training_folder_of
 from aidsr.studies.outcomes import DesignRow, read_outcomes
 from aidsr.studies.study import Study, open_study

@@ -30,12 +30,11 @@ from benchmarks.tasks.floors import CONSTANTS, measure
 from aidsr import validate
 from aidsr.api import find_scene
 from aidsr.core.artifacts import SUCCESSFUL_SHARE, Artifact, Evaluation
-from aidsr.core.config import Method
+from aidsr.core.config import VERDICT_EPISODES, Method
 from aidsr.core.provenance import commit
 from aidsr.core.rates import Rate
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import EpisodeOutcomes, rollout
-from aidsr.learn.rl.evaluation import VERDICT_EPISODES
 from aidsr.learn.rl.policy import one_torch_thread
 from aidsr.learn.rl.recipe import recipe_of
 from aidsr.learn.rl.trained import FinishedTraining, evaluate_training

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Literal
 
 from aidsr.core.arguments import check_type, check_whole_number
 from aidsr.core.artifacts import ActuatorGroup, Evaluation, Placement, Robot, Scene
+from aidsr.core.config import BUDGET_STEPS, VERDICT_EPISODES
 from aidsr.core.errors import UserError
 from aidsr.core.extras import require_extra
 from aidsr.core.numbered import is_number
@@ -145,7 +146,7 @@ def train(
     level: Level | None = None,
     goal: str | Path = "",
     protocol: Protocol = "best",
-    steps: int = 300_000,
+    steps: int = BUDGET_STEPS,
     minutes: float | None = None,
     seed: int = 0,
     out: str | Path = "",
@@ -222,15 +223,13 @@ def train(
         script=script or "",
     )
     found = find_scene(design, task, level=level, goal=goal)
-    if protocol == "best" and not script:
-        recipe = recipe.beginning_with(found.script) if script is None else recipe.from_nothing()
     return train_policy(
         found,
         Path(out) if out else found.home / "training",
         grouping=grouping,
         steps=steps,
         seed=seed,
-        recipe=recipe,
+        recipe=recipe.starting_from(script, found.script),
         minutes=minutes,
         threads=threads,
         tensorboard=tensorboard,
@@ -296,7 +295,7 @@ def _check_seed_and_threads(seed: int, threads: int) -> None:
 def evaluate(
     training: str | Path | Training | DesignFolder,
     *,
-    episodes: int = 100,
+    episodes: int = VERDICT_EPISODES,
     level: Level | None = None,
     split: Split = "held_out",
     threads: int = 0,

@@ -19,6 +19,13 @@ from aidsr.core.suggestions import closest_name
 BUILTIN = "builtin"
 """Model name of the built-in rules, which are not a language model, need no API key and cost nothing."""
 
+BUDGET_STEPS = 300_000
+"""Control steps of a training, the same for every design and task. Source: docs/tasks.md, budget v1."""
+
+VERDICT_EPISODES = 100
+"""Number of episodes of a verdict. Source: docs/tasks.md, how a design is scored: at a share of one half the confidence
+interval is 40 to 60 %."""
+
 STUDY_ONLY = "study only"
 """Marker of a field that only studies and scripts set; the command line and the web app do not offer it."""
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from aidsr.core.artifacts import Placement, Robot, ValidationReport
+from aidsr.core.config import VERDICT_EPISODES
 from aidsr.core.errors import UserError
 from aidsr.core.extras import require_extra
 from aidsr.core.plain_tree import require_plain_tree
@@ -148,7 +149,6 @@ def _last_training(design: DesignFolder | None) -> Training:
 
 def _with_policy(retest: Retest, design: DesignFolder, environment: str, built: str, learnt: Training) -> Retest:
     """Return the retest with the success share of a trained policy with the robot as built."""
-    from aidsr.learn.rl.evaluation import VERDICT_EPISODES
     from aidsr.learn.rl.isolated_learning import run_policy
 
     robot = newest(it.robot.read() for it in design.leading_to())

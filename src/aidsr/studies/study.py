@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ValidationError, model_validator
 
 from aidsr.core.artifacts import Artifact
-from aidsr.core.config import Method, Protocol, RunConfig
+from aidsr.core.config import BUDGET_STEPS, Method, Protocol, RunConfig
 from aidsr.core.errors import UserError
 from aidsr.core.plain_tree import require_plain_tree
 from aidsr.core.provenance import versions_of
@@ -84,8 +84,8 @@ class StudyPlan(Artifact):
     """Number of runs of each task and arm. Source: AID-SR, 15 designs per task = 5 runs of 3 concepts."""
     seeds: Annotated[int, Field(ge=0, le=100)] = 1
     """Number of policies trained for each approved design; 0 trains none."""
-    steps: Annotated[int, Field(ge=1)] = 300_000
-    """Training budget of each policy in control steps. Source: docs/tasks.md, budget v1."""
+    steps: Annotated[int, Field(ge=1)] = BUDGET_STEPS
+    """Training budget of each policy in control steps."""
     protocol: Protocol
     """Training protocol of the policies."""
     probe: bool = True

@@ -21,6 +21,7 @@ from test_training import SMALL
 import aidsr
 from aidsr.apps.cli.evaluate import evaluate as evaluate_command
 from aidsr.core.artifacts import ActuatorGroup, Evaluation, MeanAction
+from aidsr.core.config import VERDICT_EPISODES
 from aidsr.core.ends import mean_action_in_words
 from aidsr.core.errors import UserError
 from aidsr.core.storage_errors import StorageError
@@ -36,7 +37,7 @@ from aidsr.learn.episodes.plausibility import (
 )
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl import evaluation
-from aidsr.learn.rl.evaluation import VERDICT_EPISODES, rollout_with_stats
+from aidsr.learn.rl.evaluation import rollout_with_stats
 from aidsr.learn.rl.pictures import curve_picture, varied_mjcf
 from aidsr.learn.rl.trained import FinishedTraining, evaluate_training
 from aidsr.learn.rl.training import train

@@ -187,3 +187,19 @@ def test_who_names_a_script_or_none_asks_no_probe():
     assert not recipe_of("best", script="both: 1").from_probe
     assert recipe_of("best").beginning_with("") == recipe_of("best")
     assert not recipe_of("best").from_nothing().from_probe
+
+
+@pytest.mark.parametrize(
+    ("script", "own", "starts_from", "searches"),
+    [
+        (None, "own: 1", "own: 1", False),
+        (None, "", "", True),
+        ("", "own: 1", "", False),
+        ("given: 1", "own: 1", "given: 1", False),
+    ],
+)
+def test_a_policy_starts_from_the_given_the_own_or_no_motion(script, own, starts_from, searches):
+    recipe = recipe_of("best").starting_from(script, own)
+    assert (recipe.script, recipe.from_probe) == (starts_from, searches)
+    assert recipe_of("paper", from_probe=True).starting_from(script, own).from_probe
+    assert recipe_of("paper").starting_from(script, own) == recipe_of("paper")

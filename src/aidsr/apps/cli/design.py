@@ -10,7 +10,7 @@ from cyclopts.validators import Number
 
 from aidsr.apps.cli.options import Options, options_for
 from aidsr.apps.cli.spending import Limits, print_estimate
-from aidsr.core.config import BUILTIN, RunConfig, run_settings
+from aidsr.core.config import BUDGET_STEPS, BUILTIN, RunConfig, run_settings
 
 if TYPE_CHECKING:
     Settings = Options[RunConfig]
@@ -30,7 +30,7 @@ def design(
     settings: Settings | None = None,
     limits: Limits | None = None,
     train: Annotated[bool, Parameter(negative="", show_default=False)] = False,
-    steps: Annotated[int, Parameter(validator=Number(gte=1))] = 300_000,
+    steps: Annotated[int, Parameter(validator=Number(gte=1))] = BUDGET_STEPS,
     seeds: Annotated[int, Parameter(validator=Number(gte=1, lte=100))] = 1,
     dry_run: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     runs: Path = Path("runs"),

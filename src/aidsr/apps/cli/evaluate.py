@@ -9,12 +9,14 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from aidsr.core.config import VERDICT_EPISODES
+
 
 def evaluate(
     training: Path,
     /,
     *,
-    episodes: Annotated[int, Parameter(validator=Number(gte=20))] = 100,
+    episodes: Annotated[int, Parameter(validator=Number(gte=20))] = VERDICT_EPISODES,
     level: Literal["standard", "hard"] | None = None,
     split: Literal["held_out", "development"] = "held_out",
     threads: Annotated[int, Parameter(validator=Number(gte=0))] = 0,

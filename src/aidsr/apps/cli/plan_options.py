@@ -10,7 +10,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from aidsr.apps.cli.options import setting
-from aidsr.core.config import Protocol, RunConfig, StudyMethod
+from aidsr.core.config import BUDGET_STEPS, Protocol, RunConfig, StudyMethod
 
 if TYPE_CHECKING:
     from aidsr.studies.study import StudyPlan
@@ -72,7 +72,9 @@ class PlanOptions:
             help="Number of policies to train for each approved design; 0 trains none.",
         ),
     ] = 1
-    steps: Annotated[int, Parameter(validator=Number(gte=1), help="Maximum control steps for each policy.")] = 300_000
+    steps: Annotated[int, Parameter(validator=Number(gte=1), help="Maximum control steps for each policy.")] = (
+        BUDGET_STEPS
+    )
     protocol: Annotated[
         Protocol,
         Parameter(help='"best" is soft actor-critic with held actions; "paper" is PPO, for comparison.'),

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from aidsr.core.config import Protocol
+from aidsr.core.config import BUDGET_STEPS, Protocol
 
 
 def train(
@@ -19,7 +19,7 @@ def train(
     level: Literal["standard", "hard"] | None = None,
     goal: Path | None = None,
     protocol: Protocol = "best",
-    steps: Annotated[int, Parameter(validator=Number(gte=1))] = 300_000,
+    steps: Annotated[int, Parameter(validator=Number(gte=1))] = BUDGET_STEPS,
     minutes: Annotated[float | None, Parameter(validator=Number(gt=0))] = None,
     seeds: Annotated[int, Parameter(validator=Number(gte=1, lte=100))] = 1,
     first_seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
@@ -108,21 +108,19 @@ def train(
     from aidsr.learn.openloop.script import read_script
     from aidsr.learn.rl.recipe import recipe_of
 
-    given = read_script(Path(script)) if script not in ("own", "none") else ""
+    given = {"own": None, "none": ""}[script] if script in ("own", "none") else read_script(Path(script))
     recipe = recipe_of(
         protocol,
         from_probe=from_probe,
         smoothing=smoothing,
         randomize=randomize,
         stop_hopeless=stop_hopeless,
-        script=given,
+        script=given or "",
     )
     found = find_scene(scene, task or "", level=level, goal=goal or "")
     console = make_console()
-    if script == "none" and protocol == "best":
-        recipe = recipe.from_nothing()
-    if script == "own" and protocol == "best" and found.script:
-        recipe = recipe.beginning_with(found.script)
+    recipe = recipe.starting_from(given, found.script)
+    if given is None and recipe.script:
         console.print("The policy starts from the script of the design's author; --script none trains without it")
     trainer = Trainer(
         console,

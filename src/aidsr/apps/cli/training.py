@@ -18,6 +18,7 @@ from rich.table import Table
 
 from aidsr.apps.cli.reporting import print_unwrapped
 from aidsr.core.artifacts import Evaluation, PerturbedEpisodes
+from aidsr.core.config import VERDICT_EPISODES
 from aidsr.core.ends import ends_in_words, mean_action_in_words
 from aidsr.core.formatting import format_check, format_time_left
 
@@ -121,7 +122,7 @@ def train_designs(run: Run, *, steps: int, seeds: int) -> int:
     try:
         while left:
             found = find_scene(left[0])
-            of_design = replace(trainer, recipe=recipe_of("best", script=found.script))
+            of_design = replace(trainer, recipe=trainer.recipe.starting_from(None, found.script))
             successful |= of_design.train(found, found.home / "training")
             left.pop(0)
             write_summary(run)
@@ -193,7 +194,7 @@ class TrainingBar:
 
 @contextmanager
 def evaluating(
-    console: Console, episodes: int = 100, *, videos: bool, perturbed: bool = False
+    console: Console, episodes: int = VERDICT_EPISODES, *, videos: bool, perturbed: bool = False
 ) -> Iterator[Callable[[EvaluationPoint], None]]:
     """Show the progress of an evaluation, which takes half a minute or more; yield the listener to pass to it.
 

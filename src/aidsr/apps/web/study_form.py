@@ -13,7 +13,7 @@ from aidsr.apps.web.live import working
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.studies import JOBS
 from aidsr.apps.web.widgets import box, button, fact, text
-from aidsr.core.config import BUILTIN, Budget, Protocol, StudyMethod, checked_config
+from aidsr.core.config import BUDGET_STEPS, BUILTIN, Budget, Protocol, StudyMethod, checked_config
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import format_duration
 from aidsr.loop.teams import check_model
@@ -49,7 +49,7 @@ FRESH: dict[str, Any] = {
     "designs": 3,
     "concepts": 3,
     "seeds": 1,
-    "steps": 300_000,
+    "steps": BUDGET_STEPS,
     "protocol": "best",
     "jobs": JOBS,
     "probe": True,

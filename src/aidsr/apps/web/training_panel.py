@@ -19,6 +19,7 @@ from aidsr.apps.web.site import Site
 from aidsr.apps.web.view3d import Episode
 from aidsr.apps.web.widgets import badge, box, button, fact, file_address, long_text, notice, text
 from aidsr.core.artifacts import EpisodeResult, Evaluation, PerturbedEpisodes
+from aidsr.core.config import BUDGET_STEPS
 from aidsr.core.ends import ends_in_words, mean_action_in_words
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import format_check, format_duration, format_time_left
@@ -33,7 +34,7 @@ _DOING = {
     "evaluating": "Evaluating the policy.",
     "judged": "Rendering videos, or repeating the evaluation.",
 }
-_DEFAULTS: dict[str, Any] = {"steps": 300_000, "seeds": 1, "task": "", "films": True}
+_DEFAULTS: dict[str, Any] = {"steps": BUDGET_STEPS, "seeds": 1, "task": "", "films": True}
 """Defaults of `aidsr train`."""
 
 

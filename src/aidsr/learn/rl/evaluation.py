@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.core.artifacts import Evaluation, MeanAction, PlausibilityCheck
+from aidsr.core.config import VERDICT_EPISODES
 from aidsr.core.errors import UserError
 from aidsr.core.provenance import commit, processor, versions_of
 from aidsr.learn.episodes.batch import Episodes, StepResult
@@ -38,10 +39,6 @@ from aidsr.sim.numerics import at_half_the_time_step, with_other_integrators
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import BENCHMARK_VERSION, Split, Variation
 from aidsr.tasks.readings import FloatArray
-
-VERDICT_EPISODES = 100
-"""Number of episodes of a verdict. Source: docs/tasks.md, how a design is scored: at a share of one half the confidence
-interval is 40 to 60 %."""
 
 LEAST_EPISODES = 20
 """Minimum number of episodes of an evaluation; enough for feedback to designers. At a share of one half the confidence

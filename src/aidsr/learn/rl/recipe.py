@@ -136,6 +136,17 @@ class Recipe(Artifact):
         """Return the recipe of a policy without a motion to correct or to beat."""
         return self.model_copy(update={"script": "", "from_probe": False})
 
+    def starting_from(self, script: str | None, own: str) -> Recipe:
+        """Return this recipe with the motion that a SAC policy starts from; a PPO recipe stays as it is.
+
+        Args:
+            script: The motion; None for the design's own, "" for no motion at all, not even a searched one.
+            own: Script of the design's author; "" for none, then this recipe's search for a motion remains.
+        """
+        if self.algorithm != "sac":
+            return self
+        return self.from_nothing() if script == "" else self.beginning_with(own if script is None else script)
+
     def as_asked(self) -> Recipe:
         """Return the recipe as the user requested it, without the motion that a probe found."""
         return self.model_copy(update={"script": ""}) if self.from_probe else self

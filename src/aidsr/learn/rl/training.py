@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from aidsr.core.config import BUDGET_STEPS
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.perturbation import randomized
 from aidsr.learn.episodes.rollout import EpisodeOutcomes, rollout
@@ -20,7 +21,7 @@ from aidsr.learn.rl.behavior_cloning import clone_probe_motion
 from aidsr.learn.rl.policy import Normalisation, TrainedPolicy, network_options, one_torch_thread
 from aidsr.learn.rl.recipe import Recipe
 from aidsr.learn.rl.rival_motion import find_rival
-from aidsr.learn.rl.training_config import BUDGET_STEPS, TrainingConfig
+from aidsr.learn.rl.training_config import TrainingConfig
 from aidsr.learn.rl.training_folder import Stopped, TrainingFolder, TrainingResult
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import Variation

@@ -14,9 +14,6 @@ from aidsr.tasks.goals import GOAL_VERSION, AnyGoal
 if TYPE_CHECKING:
     from aidsr.learn.episodes.scene import TaskScene
 
-BUDGET_STEPS = 300_000
-"""Control steps, the same for every design and task. Source: docs/tasks.md, budget v1."""
-
 _PACKAGES = ("aidsr", "mujoco", "numpy", "torch", "stable-baselines3", "gymnasium")
 _FOUND = {"motion", "motion_share", "probe_steps", "probe_s"}
 """Fields that a probe fills in after the training was requested."""
