@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -60,6 +61,16 @@ def excerpt(text: str, most: int = 60) -> str:
 def counted(number: int, of: str) -> str:
     """Return a number with its noun in the right form: "1 task", "3 tasks", "2 policies"."""
     return f"{number} {of if number == 1 else of.removesuffix('y') + 'ies' if of.endswith('y') else of + 's'}"
+
+
+def task_title(name: str) -> str:
+    """Return the name of a task as a title, without its group: "button pushing" for "reaching/button_pushing"."""
+    return name.rpartition("/")[2].replace("_", " ")
+
+
+def iso_time(time_s: float) -> str:
+    """Return a time [s since 1970] in ISO 8601, in UTC and without fractions of a second."""
+    return datetime.fromtimestamp(time_s, UTC).isoformat(timespec="seconds")
 
 
 def mm(length_m: float) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from aidsr.core.formatting import task_title
 from aidsr.core.plots import CURVES, SOFT, svg_plot
 from aidsr.runs.trainings import Training, read_curve
 from aidsr.studies.jobs import training_folder_of
@@ -28,7 +29,7 @@ def success_by_task(lines: Sequence[Line]) -> str:
                     interval = rate.interval
                     axes.barh(row + offset, 100 * rate.share, height=0.32, color=colour, label=of if row == 0 else None)
                     axes.plot([100 * interval.low, 100 * interval.high], [row + offset] * 2, color=SOFT, linewidth=0.9)
-        axes.set_yticks(range(len(lines)), [line.task.rpartition("/")[2].replace("_", " ") for line in reversed(lines)])
+        axes.set_yticks(range(len(lines)), [task_title(line.task) for line in reversed(lines)])
         axes.set_xlim(0, 100)
         axes.set_xlabel("designs [%], with 95 % intervals")
         axes.grid(axis="x")

@@ -342,7 +342,7 @@ def test_what_is_said_of_a_design_is_said_of_one_policy(tmp_path: Path) -> None:
     made_training(design, (True, True, True, True), (cheating,)).rename(design.path / "training" / "002")
     made_training(design, (True, True, True, False))
     view = site.view(run).design(1)
-    assert (view.trained, view.held_out, view.valid, view.successful) == (2, (3, 4), True, True)
+    assert (view.evaluated, view.held_out, view.valid, view.successful) == (2, (3, 4), True, True)
     assert design_row(site.view(run), view, design).success == 0.75
     assert design_row(site.view(run), replace(view, warnings=2), design).warnings == 2
     rows = dict(comparison_column(run.name, design, view).rows)
@@ -359,8 +359,8 @@ async def test_of_a_training_that_another_process_does_it_is_said_where_to_stop_
     await user.open(f"/run/{run.path.name}/1?tab=training")
     await user.should_see("Started by another process (a study or a terminal); stop it there.")
     await user.should_see("Rendering videos, or repeating the evaluation.")
-    (task,) = site.work.tasks()
-    assert task.doing == "rendering videos, or repeating the evaluation"
+    (activity,) = site.activities.current()
+    assert activity.doing == "rendering videos, or repeating the evaluation"
     lock.release()
 
 

@@ -27,14 +27,14 @@ def test_a_process_is_found_again_and_stopped_by_a_page_started_later(tmp_path: 
     run = made_run(tmp_path, waiting=True, designs=1)
     Site.at(tmp_path).resume(run)
     later = Site.at(tmp_path)
-    assert later.is_at_work(run)
+    assert later.is_running(run)
     assert os.getpriority(os.PRIO_PROCESS, later.processes.pid(run.path.name)) >= 10, "pages come first"
     for act in (later.resume, lambda one: later.trash(one.path.name)):  # its log is not opened yet
         with pytest.raises(UserError, match="already running"):
             act(run)
     until(lambda: _waits(run.design(1).events), "it never waited")
     assert later.processes.stop(run.path.name)
-    until(lambda: not later.is_at_work(run), "it never ended")
+    until(lambda: not later.is_running(run), "it never ended")
     assert "Interrupted. Finished work is kept" in later.processes.output_tail(run.path.name)
     assert later.view(run).shown == "stopped"
     assert later.processes.stop(run.path.name) is False
@@ -77,7 +77,7 @@ def test_a_run_at_work_in_a_terminal_is_known_and_not_ours_to_stop(tmp_path: Pat
     run = made_run(tmp_path, waiting=True)
     site = Site.at(tmp_path)
     assert site.view(run).shown == "waiting"
-    assert not site.is_at_work(run)
+    assert not site.is_running(run)
     with EventLog(run.events):
-        assert site.is_at_work(run)
+        assert site.is_running(run)
         assert site.processes.stop(run.path.name) is False

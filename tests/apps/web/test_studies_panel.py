@@ -65,8 +65,8 @@ def test_an_unreadable_study_at_work_is_listed_without_a_share(tmp_path: Path) -
     with (site.processes.folder / f"{site.studies.process('broken')}.log").open("wb") as log:
         fcntl.flock(log, fcntl.LOCK_EX)
         assert [view.at_work for view in read(site.studies)] == [True]
-        (task,) = site.work.tasks()
-    assert (task.kind, task.share) == ("study", None)
+        (activity,) = site.activities.current()
+    assert (activity.kind, activity.share) == ("study", None)
 
 
 def test_studies_of_the_same_name_have_keys_of_their_own(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from fastapi import Query
 from nicegui import run as background
 from nicegui import ui
 
+from aidsr.apps.web.addresses import design_address, file_address
 from aidsr.apps.web.comparison import compare_measured
 from aidsr.apps.web.curve import CURVE_COLOURS, curves_svg
 from aidsr.apps.web.designs_page import MOST_COMPARED, designs_to_pick
@@ -19,7 +20,7 @@ from aidsr.apps.web.run_page import concept_in_words, not_found
 from aidsr.apps.web.scene_panel import show_scene, target_of
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.view3d import SceneView
-from aidsr.apps.web.widgets import box, button, fault_found, file_address, text
+from aidsr.apps.web.widgets import box, button, fault_found, text
 from aidsr.core.artifacts import Robot
 from aidsr.core.errors import AidsrError, UserError
 from aidsr.runs import DesignFolder, Run
@@ -117,7 +118,7 @@ def _view(one: _Compared) -> SceneView | None:
     scene = iteration.scene.read()
     picture = f"designs/{one.folder.number}/{one.stands_at:02d}/preview.png" if iteration.preview.path.exists() else ""
     with box("stack tight"):
-        ui.link(one.name, f"/run/{one.run.name}/{one.folder.number}").classes("strong")
+        ui.link(one.name, design_address(one.run.name, one.folder.number)).classes("strong")
         return show_scene(
             scene.mjcf if scene else one.mjcf,
             one.name,

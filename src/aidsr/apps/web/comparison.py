@@ -8,9 +8,10 @@ from typing import Any
 
 from nicegui import ui
 
+from aidsr.apps.web.addresses import design_address, file_address
 from aidsr.apps.web.live import live
 from aidsr.apps.web.site import DesignView, Site
-from aidsr.apps.web.widgets import badge, box, file_address, image, text
+from aidsr.apps.web.widgets import badge, box, image, text
 from aidsr.core.formatting import format_cost, format_duration, format_number
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.compare import attempted
@@ -123,5 +124,5 @@ def _title(column: Column, *, pictures: bool) -> None:
             if column.motion:
                 image(file_address(column.run, column.motion), "its motion", "wide")
         with box("row apart"):
-            ui.link(f"{status.number}. {status.concept}", f"/run/{column.run}/{status.number}")
+            ui.link(f"{status.number}. {status.concept}", design_address(column.run, status.number))
             badge(status.outcome.outcome if status.outcome else status.state, column.design.warnings)

@@ -7,6 +7,7 @@ from functools import partial
 
 from nicegui import app, ui
 
+from aidsr.apps.web.addresses import design_address, download_address, export_address, file_address, run_address
 from aidsr.apps.web.comparison import measured_in_words
 from aidsr.apps.web.conversation import conversation
 from aidsr.apps.web.frame import frame
@@ -17,7 +18,7 @@ from aidsr.apps.web.recorded_episodes import Motion, Stage, list_motions
 from aidsr.apps.web.review_panel import Draft, part_names, review_panel
 from aidsr.apps.web.run_page import concept_in_words, not_found
 from aidsr.apps.web.scene_panel import show_scene, target_of
-from aidsr.apps.web.site import DesignView, Site
+from aidsr.apps.web.site import DesignView, Site, state_of
 from aidsr.apps.web.training_panel import training_panel
 from aidsr.apps.web.view3d import Episode
 from aidsr.apps.web.widgets import (
@@ -27,7 +28,6 @@ from aidsr.apps.web.widgets import (
     clock,
     fact,
     fault_found,
-    file_address,
     image,
     notice,
     points,
@@ -80,10 +80,8 @@ class _Page:
         design, shown, number = self.read()
         status = design.status
         concept = attempted(self.folder, number).concept if number else None
-        stale = status.state == "running" and shown in ("interrupted", "waiting")
-        state = status.outcome.outcome if status.outcome else shown if stale else status.state
         title = f"{status.number}. {concept.name if concept else status.concept}"
-        return title, state, number, status.stands_at, design.warnings
+        return title, state_of(shown, design), number, status.stands_at, design.warnings
 
     def seen(self) -> tuple[int, bool, bool, tuple[Motion, ...]]:
         """Return the selected iteration, whether its scene is validated and has a picture, and the recorded motions."""
@@ -106,7 +104,7 @@ def add_design_page(site: Site) -> None:
         except AidsrError as error:
             not_found(error)
             return
-        with frame(f"{number}. {design.status.concept}", *site.way_to(name), (title, f"/run/{name}"), site=site):
+        with frame(f"{number}. {design.status.concept}", *site.way_to(name), (title, run_address(name)), site=site):
             with box("stack"):
                 with box("row apart top"):
                     live(page.titled, _title)
@@ -135,13 +133,13 @@ def _title(facts: tuple[str, str, int, int, int]) -> None:
 
 
 def _actions(page: _Page, outcome: Outcome | None) -> None:
-    home = f"{page.run.name}/{page.folder.number}"
+    run, number = page.run.name, page.folder.number
     with box("row"):
         if outcome and outcome.outcome == "approved":
             hint = "Parts to print, motors, cables and an assembly sheet"
-            button("Export", lambda: ui.navigate.to(f"/run/{home}/export"), "quiet", "construction", hint)
+            button("Export", lambda: ui.navigate.to(export_address(run, number)), "quiet", "construction", hint)
         hint = "Folder of this design as a ZIP file"
-        button("Download", lambda: ui.download(f"/download/{home}"), "quiet", "download", hint)
+        button("Download", lambda: ui.download(download_address(run, number)), "quiet", "download", hint)
 
 
 def _head(facts: tuple[DesignView, str, int]) -> None:
@@ -201,7 +199,7 @@ def _before(page: _Page, number: int, *, whole: bool) -> str:
 
 def _iterations(page: _Page, facts: tuple[DesignView, str, int]) -> None:
     design, shown, number = facts
-    home = f"/run/{page.run.name}/{page.folder.number}"
+    address = partial(design_address, page.run.name, page.folder.number)
     if page.folder.iteration(number).motion.path.exists():
         with box("sheet flush", "figure"):
             motion = f"designs/{page.folder.number}/{number:02d}/motion.png"
@@ -211,9 +209,10 @@ def _iterations(page: _Page, facts: tuple[DesignView, str, int]) -> None:
         if len(design.attempts) > 1:
             with box("film"):
                 for attempt in design.attempts:
-                    _frame(page, attempt.number, f"{home}?iteration={attempt.number}", current=attempt.number == number)
+                    at = attempt.number
+                    _frame(page, at, address(iteration=at), current=at == number)
         working = shown not in ("interrupted", "stopped")
-        strip(design.attempts, lambda each: f"{home}?iteration={each}", at_work=working)
+        strip(design.attempts, lambda each: address(iteration=each), at_work=working)
 
 
 def _frame(page: _Page, number: int, address: str, *, current: bool) -> None:

@@ -11,13 +11,15 @@ from urllib.parse import urlencode
 
 from nicegui import ui
 
+from aidsr.apps.web.addresses import design_address, thumbnail_address
 from aidsr.apps.web.curve import scatter_svg
 from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import as_action, live
 from aidsr.apps.web.site import DesignView, RunView, Site, model_in_words, state_of
-from aidsr.apps.web.widgets import badge, box, button, image, label_cells, text, thumbnail_address
+from aidsr.apps.web.widgets import badge, box, button, image, label_cells, text
 from aidsr.core.artifacts import Evaluation
 from aidsr.core.errors import UserError
+from aidsr.core.formatting import task_title
 from aidsr.fabrication.schema import PartEntry
 from aidsr.runs import DesignFolder
 from aidsr.runs.compare import attempted
@@ -70,7 +72,7 @@ class DesignRow:
 
 
 @dataclass
-class _Wanted:
+class _Filters:
     """Filters, order and selection that a person chose."""
 
     task: str = ""
@@ -99,17 +101,17 @@ def add_designs_page(site: Site) -> None:
 
 def designs_to_pick(site: Site, picked: tuple[str, ...] = ()) -> None:
     """Show all designs of all runs, to be sorted, filtered, grouped and selected; `picked` are selected at first."""
-    wanted = _Wanted(picked=picked)
+    filters = _Filters(picked=picked)
 
     def act(**changes: Any) -> None:
         for name, value in changes.items():
-            setattr(wanted, name, value)
+            setattr(filters, name, value)
 
     choices = ui.element("div").classes("form")
-    live(lambda: (wanted.picked, wanted.refused), lambda facts: _compare_bar(*facts, act))
+    live(lambda: (filters.picked, filters.refused), lambda facts: _compare_bar(*facts, act))
     # the filters are part of the values read, so that a change of them redraws the table; the selection is left out
     look = live(
-        lambda: (_read(site), replace(wanted, picked=(), refused=False)), lambda facts: _draw(facts[0], wanted, act)
+        lambda: (_read(site), replace(filters, picked=(), refused=False)), lambda facts: _draw(facts[0], filters, act)
     )
 
     with choices:
@@ -141,17 +143,17 @@ def design_row(view: RunView, design: DesignView, folder: DesignFolder) -> Desig
     status, record = design.status, view.status.record
     best: Evaluation | None = None
     amounts: tuple[tuple[str, float], ...] = ()
-    if design.trained:
+    if design.evaluated:
         best = best_verdict(verdicts_of(folder))
         amounts = tuple(_amounts(design, folder))
     return DesignRow(
         run=view.name,
         number=status.number,
         concept=status.concept,
-        task=record.task.rpartition("/")[2].replace("_", " ") or view.title,
+        task=task_title(record.task) or view.title,
         family=status.family,
         model=record.config.model,
-        state=status.outcome.outcome if status.outcome else state_of(view.shown, design),
+        state=state_of(view.shown, design),
         iterations=status.iteration,
         tokens=status.usage.input_tokens + status.usage.output_tokens,
         success=best.success_share if best else None,
@@ -177,38 +179,38 @@ def _amounts(design: DesignView, folder: DesignFolder) -> Iterator[tuple[str, fl
         yield "printed parts", sum(part.copies for part in parts)
 
 
-def _draw(rows: tuple[DesignRow, ...], wanted: _Wanted, act: Callable[..., None]) -> None:
-    shown = [row for row in rows if all(getattr(wanted, name) in ("", getattr(row, name)) for name in _FILTERS)]
+def _draw(rows: tuple[DesignRow, ...], filters: _Filters, act: Callable[..., None]) -> None:
+    shown = [row for row in rows if all(getattr(filters, name) in ("", getattr(row, name)) for name in _FILTERS)]
     if not shown:
         with box("sheet empty"):
             text("No design matches." if rows else "There are no designs yet.", "soft")
         return
-    shown.sort(key=_COLUMNS[wanted.by], reverse=wanted.falling)
-    if wanted.group:
-        shown.sort(key=lambda row: str(getattr(row, wanted.group)))
-    grouped = groupby(shown, key=lambda row: str(getattr(row, wanted.group)) if wanted.group else "")
+    shown.sort(key=_COLUMNS[filters.by], reverse=filters.falling)
+    if filters.group:
+        shown.sort(key=lambda row: str(getattr(row, filters.group)))
+    grouped = groupby(shown, key=lambda row: str(getattr(row, filters.group)) if filters.group else "")
     with box("sheet flush scroll"), box("list designs fold", "table"):
         with box(tag="thead"), box(tag="tr"):
             text("compare", "unseen", "th")
             text("picture", "unseen", "th")
             for column in _COLUMNS:
-                _heading(column, wanted, act)
+                _heading(column, filters, act)
         for name, members in grouped:
             each = list(members)
             with box(tag="tbody"):
-                if wanted.group:
+                if filters.group:
                     with box(tag="tr"), box("group", "th", colspan=str(len(_COLUMNS) + 2), scope="rowgroup"):
                         text(f"{name or 'none'}, {len(each)}")
                 for row in each:
                     with box(tag="tr") as line:
-                        _cells(row, wanted, act)
+                        _cells(row, filters, act)
                     label_cells(line, ("", "", "", *list(_COLUMNS)[1:]))
-    _plot([row for row in shown if row.success is not None], wanted, act)
+    _plot([row for row in shown if row.success is not None], filters, act)
 
 
-def _plot(trained: list[DesignRow], wanted: _Wanted, act: Callable[..., None]) -> None:
+def _plot(evaluated: list[DesignRow], filters: _Filters, act: Callable[..., None]) -> None:
     """Plot held-out success against a quantity that at least two designs have."""
-    amounts = [dict(row.amounts) for row in trained]
+    amounts = [dict(row.amounts) for row in evaluated]
     offered = [
         name
         for name in dict.fromkeys(name for each in amounts for name in each)
@@ -216,7 +218,7 @@ def _plot(trained: list[DesignRow], wanted: _Wanted, act: Callable[..., None]) -
     ]
     if not offered:
         return
-    against = wanted.against if wanted.against in offered else offered[0]
+    against = filters.against if filters.against in offered else offered[0]
     with box("sheet stack", "section", aria_label=f"success against {against}"):
         with box("row apart"):
             text("Held-out success against", tag="h2")
@@ -224,38 +226,38 @@ def _plot(trained: list[DesignRow], wanted: _Wanted, act: Callable[..., None]) -
             choice.on_value_change(lambda event: as_action(partial(act, against=str(event.value)))())
         points = [
             (each[against], row.success or 0.0, f"{row.concept} ({row.task})")
-            for row, each in zip(trained, amounts, strict=True)
+            for row, each in zip(evaluated, amounts, strict=True)
             if against in each
         ]
         ui.html(scatter_svg(points, against), sanitize=False).classes("full")
 
 
-def _heading(column: str, wanted: _Wanted, act: Callable[..., None]) -> None:
+def _heading(column: str, filters: _Filters, act: Callable[..., None]) -> None:
     def sort() -> None:
-        act(by=column, falling=not wanted.falling if wanted.by == column else column in _NUMBERS)
+        act(by=column, falling=not filters.falling if filters.by == column else column in _NUMBERS)
 
-    order = ("descending" if wanted.falling else "ascending") if wanted.by == column else "none"
+    order = ("descending" if filters.falling else "ascending") if filters.by == column else "none"
     with box("num" if column in _NUMBERS else "", "th", aria_sort=order):
         arrow = {"descending": " ↓", "ascending": " ↑", "none": ""}[order]
         button(column + arrow, as_action(sort), "bare").classes("sort")
 
 
-def _cells(row: DesignRow, wanted: _Wanted, act: Callable[..., None]) -> None:
+def _cells(row: DesignRow, filters: _Filters, act: Callable[..., None]) -> None:
     def pick(*, on: bool) -> None:
-        others = tuple(one for one in wanted.picked if one != row.key)
+        others = tuple(one for one in filters.picked if one != row.key)
         full = on and len(others) == MOST_COMPARED
         if full:
             check.value = False
         act(picked=(*others, row.key) if on and not full else others, refused=full)
 
     with box(tag="td"):
-        check = ui.checkbox(value=row.key in wanted.picked)
+        check = ui.checkbox(value=row.key in filters.picked)
         check.props["aria-label"] = f"compare {row.concept} of {row.task}"
         check.on_value_change(lambda event: as_action(partial(pick, on=bool(event.value)))())
     with box(tag="td"):
         image(thumbnail_address(row.run, row.picture), "", "thumb")
     with box("name", "td"):
-        ui.link(f"{row.number}. {row.concept}", f"/run/{row.run}/{row.number}")
+        ui.link(f"{row.number}. {row.concept}", design_address(row.run, row.number))
     with box(tag="td"):
         text(row.task, "clamp", "div")
     text(row.family, "", "td")

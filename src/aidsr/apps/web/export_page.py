@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from functools import partial
 from typing import Any
 
 from nicegui import app, ui
 
+from aidsr.apps.web.addresses import design_address, run_address
 from aidsr.apps.web.export_result import show_export
 from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import as_action, live
@@ -17,6 +17,7 @@ from aidsr.apps.web.site import Site
 from aidsr.apps.web.widgets import box, button, clock, long_text, notice, text
 from aidsr.core.errors import AidsrError
 from aidsr.core.extras import missing_extra
+from aidsr.core.formatting import iso_time
 from aidsr.fabrication.materials import materials
 from aidsr.fabrication.printers import PRINTERS
 from aidsr.fabrication.schema import MARK, PartEntry, Verdict
@@ -59,7 +60,7 @@ def add_export_page(site: Site) -> None:
         except AidsrError as error:
             not_found(error)
             return
-        way = (*site.way_to(name), (view.title, f"/run/{name}"), (concept, f"/run/{name}/{number}"))
+        way = (*site.way_to(name), (view.title, run_address(name)), (concept, design_address(name, number)))
         with frame("Export", *way, site=site):
             with box("stack tight"):
                 text(f"{concept}: parts", tag="h1")
@@ -82,7 +83,7 @@ def read_export(site: Site, run: Run, design: DesignFolder) -> State:
     trained = any(one.result.path.exists() for one in trainings_of(design))
     approved, started_s = design.final_robot.path.exists(), site.processes.started_s(name)
     if site.processes.is_alive(name):
-        return State(missing, approved, trained, since=_iso(started_s))
+        return State(missing, approved, trained, since=iso_time(started_s))
     folder = design.path / "export"
     mark = folder / MARK
     written_s = mark.stat().st_mtime if mark.exists() else 0.0
@@ -92,7 +93,7 @@ def read_export(site: Site, run: Run, design: DesignFolder) -> State:
         return State(missing, approved, trained)
     verdict = JsonFile(mark, Verdict).read()
     parts = JsonFile(folder / "parts.json", tuple[PartEntry, ...]).read() or ()
-    return State(missing, approved, trained, verdict=verdict, parts=parts, made=_iso(written_s))
+    return State(missing, approved, trained, verdict=verdict, parts=parts, made=iso_time(written_s))
 
 
 def draw_export(site: Site, run: Run, design: DesignFolder, state: State) -> None:
@@ -153,7 +154,3 @@ def _start(site: Site, run: Run, design: DesignFolder, state: State) -> None:
                 button("Export again", as_action(start), "quiet", "construction")
             else:
                 button("Export", as_action(start), "primary", "construction")
-
-
-def _iso(time_s: float) -> str:
-    return datetime.fromtimestamp(time_s, UTC).isoformat(timespec="seconds")

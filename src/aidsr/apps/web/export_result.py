@@ -6,8 +6,9 @@ from functools import partial
 
 from nicegui import ui
 
+from aidsr.apps.web.addresses import download_address, file_address, sheet_address
 from aidsr.apps.web.view3d import PartsView, PlacedPart
-from aidsr.apps.web.widgets import box, button, fact, fault_found, file_address, label_cells, text
+from aidsr.apps.web.widgets import box, button, fact, fault_found, label_cells, text
 from aidsr.fabrication.materials import materials
 from aidsr.fabrication.printers import PRINTERS
 from aidsr.fabrication.schema import Change, PartEntry, Retest, Verdict
@@ -30,15 +31,15 @@ def show_export(run: Run, design: DesignFolder, verdict: Verdict, parts: tuple[P
         parts: Printed parts.
         made: Time at which the export was written, ISO 8601; also the version in the addresses of its files.
     """
-    home = f"{run.name}/{design.number}"
     with box("row apart"):
         with box("row"):
             text(verdict.verdict, f"badge {_BADGES[verdict.verdict]}")
             text(f"for {_label(verdict)}, {made[:10]} {made[11:16]} UTC", "small soft")
         with box("row"):
-            ui.link("Assembly sheet", f"/sheet/{home}", new_tab=True).classes("button")
+            ui.link("Assembly sheet", sheet_address(run.name, design.number), new_tab=True).classes("button")
             hint = "ZIP file with 3MF and STL, sheet, bill of materials, cable lengths and control program"
-            button("Download", lambda: ui.download(f"/download/{home}/export"), "quiet", "download", hint)
+            address = download_address(run.name, design.number, export=True)
+            button("Download", lambda: ui.download(address), "quiet", "download", hint)
     _facts(verdict, parts)
     with box("split"):
         with box("stack wide"):

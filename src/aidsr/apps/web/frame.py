@@ -8,10 +8,10 @@ from pathlib import Path
 
 from nicegui import app, ui
 
+from aidsr.apps.web.activities import Activity
 from aidsr.apps.web.live import live
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.widgets import text
-from aidsr.apps.web.work import Task
 
 ASSETS = Path(__file__).parent / "assets"
 _HEAD = '<link rel="stylesheet" href="/assets/web.css"><script src="/assets/web.js" defer></script>'
@@ -25,7 +25,7 @@ def frame(title: str, *way: tuple[str, str], site: Site | None = None, narrow: b
     Args:
         title: Title of the page.
         way: Text and address of each page above it, for the breadcrumb.
-        site: Site whose running tasks the header counts; None to leave the count out.
+        site: Site whose activities the header counts; None to leave the count out.
         narrow: Whether to limit the width so that text is easy to read.
     """
     ui.page_title(f"{title} · AID-SR" if title else "AID-SR")
@@ -46,7 +46,7 @@ def frame(title: str, *way: tuple[str, str], site: Site | None = None, narrow: b
                 ui.label(title)
         if site is not None:
             ui.link("Designs", "/designs").classes("hide-narrow")
-            live(site.work.tasks, _at_work, every_s=2.0, first=site.work.latest)
+            live(site.activities.current, _activity_link, every_s=2.0, first=site.activities.latest)
         _theme_button(dark)
         new = ui.button("New run", icon="add", color=None, on_click=lambda: ui.navigate.to("/new"))
         new.props("unelevated").classes("primary").tooltip("shortcut: n")
@@ -56,18 +56,19 @@ def frame(title: str, *way: tuple[str, str], site: Site | None = None, narrow: b
         yield
 
 
-def _at_work(tasks: tuple[Task, ...]) -> None:
-    """Show how many tasks run and wait; web.js also shows those that wait for a person in the page's title and icon."""
-    awaited = [task for task in tasks if task.waits]
+def _activity_link(activities: tuple[Activity, ...]) -> None:
+    """Show how many activities run and wait; web.js also shows those that wait in the page's title and icon."""
+    awaited = [each for each in activities if each.waits]
     waiting = len(awaited)
     said = "Activity" + (f": {waiting} waiting for you" if waiting else "")
     link = ui.link(said, "/work").classes("work-link")
     link.props["data-awaited"] = str(waiting)
     if awaited:
-        link.props["title"] = "\n".join(f"{task.title}: {task.doing}" for task in awaited)
-    if len(tasks) - waiting:
+        link.props["title"] = "\n".join(f"{each.title}: {each.doing}" for each in awaited)
+    running = len(activities) - waiting
+    if running:
         with link:
-            text(str(len(tasks) - waiting), "badge running").props["aria-label"] = f"{len(tasks) - waiting} running"
+            text(str(running), "badge running").props["aria-label"] = f"{running} running"
 
 
 def _theme_button(dark: ui.dark_mode) -> None:

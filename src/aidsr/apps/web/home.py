@@ -9,12 +9,13 @@ from typing import Any
 
 from nicegui import app, ui
 
+from aidsr.apps.web.addresses import run_address, thumbnail_address
 from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import Rows, as_action, live, watch
 from aidsr.apps.web.site import RunView, Site, model_in_words
 from aidsr.apps.web.studies_panel import studies_panel
 from aidsr.apps.web.welcome import welcome
-from aidsr.apps.web.widgets import badge, box, button, image, notice, text, thumbnail_address
+from aidsr.apps.web.widgets import badge, box, button, image, notice, text
 from aidsr.core.errors import AidsrError, UserError
 from aidsr.core.formatting import format_cost
 from aidsr.runs import Run
@@ -45,7 +46,7 @@ class _Shown:
 
 
 @dataclass
-class _Wanted:
+class _Filters:
     """Search text and maximum number of rows, as set by a person."""
 
     words: str | None
@@ -57,23 +58,23 @@ def add_home(site: Site) -> None:
 
     @ui.page("/")
     def home(search: str = "") -> None:
-        wanted, kept = _Wanted(search), app.storage.user
+        filters, kept = _Filters(search), app.storage.user
         with frame("", site=site):
             with box("row apart"):
                 text("Runs", tag="h1")
                 ui.link("Designs", "/designs").classes("only-narrow")
                 field = ui.input(placeholder="Search task, objective, model, state").props("outlined dense clearable")
-                field.bind_value(wanted, "words")
+                field.bind_value(filters, "words")
                 field.props.update({"data-search": "yes", "aria-label": "Search runs", "style": "width: 320px"})
                 with field.add_slot("append"):
                     text("/", tag="kbd")
             live(lambda: str(kept.get("trashed") or ""), partial(_undo, site))
-            look = _runs(site, wanted)
+            look = _runs(site, filters)
             field.on_value_change(look)
             studies_panel(site)
 
 
-def _runs(site: Site, wanted: _Wanted) -> Callable[[], Coroutine[Any, Any, None]]:
+def _runs(site: Site, filters: _Filters) -> Callable[[], Coroutine[Any, Any, None]]:
     """Show the runs that match the search, and return a function that refreshes them at once."""
     with box("live") as without:
         pass
@@ -104,24 +105,24 @@ def _runs(site: Site, wanted: _Wanted) -> Callable[[], Coroutine[Any, Any, None]
             said.text = f"Showing the newest {len(there)} of {found.matching} runs"
             rest.set_visibility(len(there) < found.matching)
 
-    look = watch(lambda: _read(site, wanted), show)
+    look = watch(lambda: _read(site, filters), show)
 
     async def show_more() -> None:
-        wanted.most += 4 * _AT_FIRST
+        filters.most += 4 * _AT_FIRST
         await look()
 
     more.on_click(show_more)
     return look
 
 
-def _read(site: Site, wanted: _Wanted) -> _Shown:
+def _read(site: Site, filters: _Filters) -> _Shown:
     """Return the newest runs that match; runs that are not shown are read only for a search."""
-    runs, words = site.library.runs(), (wanted.words or "").lower().split()
+    runs, words = site.library.runs(), (filters.words or "").lower().split()
     if not words:
-        return _Shown(tuple(_row(site, run) for run in runs[: wanted.most]), len(runs), len(runs), "")
+        return _Shown(tuple(_row(site, run) for run in runs[: filters.most]), len(runs), len(runs), "")
     rows = (_row(site, run) for run in runs)
     matching = [row for row in rows if all(word in _searched(row) for word in words)]
-    return _Shown(tuple(matching[: wanted.most]), len(matching), len(runs), wanted.words or "")
+    return _Shown(tuple(matching[: filters.most]), len(matching), len(runs), filters.words or "")
 
 
 def _row(site: Site, run: Run) -> _Row:
@@ -152,7 +153,7 @@ def _cells(site: Site, row: _Row) -> None:
         picture = next((design.picture for design in view.designs if design.picture), "")
         image(thumbnail_address(row.name, picture), "", "thumb")
     with box("what", "td"), box("stack tight"):
-        ui.link(view.title, f"/run/{row.name}").classes("cover")
+        ui.link(view.title, run_address(row.name)).classes("cover")
         text(record.objective if record.task else row.name, "small soft clamp")
     text(model_in_words(record.config.model), "mono model", "td")
     with box("state", "td"), box("row"):
@@ -162,9 +163,9 @@ def _cells(site: Site, row: _Row) -> None:
     total = len(view.designs)
     text(f"{view.status.approved} of {total or record.config.concepts} approved", "num", "td")
     text(str(sum(bool(design.status.stable) for design in view.designs)) if total else "–", "num", "td")
-    trained = any(design.trained for design in view.designs)
+    evaluated = any(design.evaluated for design in view.designs)
     for count in (sum(one.valid for one in view.designs), sum(one.successful for one in view.designs)):
-        text(str(count) if trained else "–", "num", "td")
+        text(str(count) if evaluated else "–", "num", "td")
     text(format_cost(view.status.usage), "num cost", "td")
     with box("when", "td"), box("stack tight small soft numbers"):
         text(record.started[:10], "line")

@@ -76,7 +76,7 @@ def manual_panel(site: Site, run: Run) -> None:
 
 def _read(site: Site, run: Run) -> tuple[_Prompt, ...]:
     directory = prompts_of(site, run)
-    if directory is None or not site.is_at_work(run):
+    if directory is None or not site.is_running(run):
         return ()
     return tuple(
         _Prompt(one, one.prompt.read_text(encoding="utf-8"), one.answer_to_reply())

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 from nicegui import ui
 
+from aidsr.apps.web.addresses import file_address
 from aidsr.apps.web.mjcf_text import difference, highlighted
-from aidsr.apps.web.widgets import box, button, file_address, text
+from aidsr.apps.web.widgets import box, button, text
 from aidsr.core.artifacts import Fault
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.files import BytesFile
@@ -75,7 +76,7 @@ def _documents(run: Run, design: DesignFolder, number: int) -> list[_Text]:
     for title, name in (("Robot", "robot.xml"), ("Scene", "scene.xml"), ("Before repairs", "robot_as_written.xml")):
         paths = [it.path / name for it in until if (it.path / name).exists()]
         if title != "Robot":
-            paths = [path for path in paths if path.parent.name == f"{number:02d}"] or []
+            paths = [path for path in paths if path.parent.name == f"{number:02d}"]
         if not paths:
             continue
         earlier = newest(

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import app
 
+from aidsr.apps.web.addresses import file_address
 from aidsr.apps.web.live import as_action, live, show_error, working
 from aidsr.apps.web.measure_form import measure_arguments, measure_field
 from aidsr.apps.web.recorded_episodes import Stage, record_probed
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.view3d import Episode
-from aidsr.apps.web.widgets import box, button, fact, file_address, image, long_text, text
+from aidsr.apps.web.widgets import box, button, fact, image, long_text, text
 from aidsr.core.ends import ends_in_words
 from aidsr.core.errors import UserError
 from aidsr.runs import DesignFolder, Run

@@ -54,7 +54,7 @@ def decide(site: Site, run: Run, iteration: IterationFolder, decision: Decision)
         raise UserError(
             "a decision on this design was already made, perhaps in another tab; reload the page to see it"
         ) from None
-    if not site.is_at_work(run):
+    if not site.is_running(run):
         site.resume(run)
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from nicegui import app, ui
 
+from aidsr.apps.web.addresses import design_address, file_address, job_address
 from aidsr.apps.web.comparison import comparison_table
 from aidsr.apps.web.conversation import conversation
 from aidsr.apps.web.frame import frame
@@ -21,7 +22,6 @@ from aidsr.apps.web.widgets import (
     button,
     clock,
     fact,
-    file_address,
     image,
     long_text,
     notice,
@@ -56,7 +56,7 @@ def add_run_page(site: Site) -> None:
                 with box("row apart top"):
                     with box("stack tight grow"):
                         live(lambda: site.view(run).shown, partial(_title, view))
-                    live(lambda: (site.view(run).shown, site.is_at_work(run)), partial(_actions, site, run))
+                    live(lambda: (site.view(run).shown, site.is_running(run)), partial(_actions, site, run))
                 live(lambda: site.view(run), _facts)
             live(lambda: _of_note(site, run), partial(_notes, site, run))
             manual_panel(site, run)
@@ -169,16 +169,11 @@ def _notes(site: Site, run: Run, noted: _Noted) -> None:
     for job, concept in noted.at_work:
         with box("notice", role="status"), box("row apart"):
             text(f"Design {job.number}, {concept}, {_DOES[job.kind]}.")
-            button("Watch", partial(ui.navigate.to, job_address(run.name, job)), "quiet")
+            button("Watch", partial(ui.navigate.to, job_address(run.name, job.number, job.kind)), "quiet")
     for number, concept in noted.waiting:
         with box("notice wait", role="status"), box("row apart"):
             text(f"Design {number}, {concept}, waits for your decision.")
-            button("Review", partial(ui.navigate.to, f"/run/{run.name}/{number}"), "primary")
-
-
-def job_address(run: str, job: Job) -> str:
-    """Return the address of the page that shows a job."""
-    return f"/run/{run}/{job.number}" + ("/export" if job.kind == "export" else f"?tab={job.kind}")
+            button("Review", partial(ui.navigate.to, design_address(run.name, number)), "primary")
 
 
 def _larger_budget(site: Site, run: Run) -> None:
@@ -186,7 +181,7 @@ def _larger_budget(site: Site, run: Run) -> None:
     form: dict[str, Any] = dict(run.budget())
 
     def resume() -> None:
-        site.refuse_at_work(run)
+        site.refuse_running(run)
         replace_budget(run, budget_from(form))
         site.resume(run)
 
@@ -234,19 +229,19 @@ def _no_concepts(view: RunView) -> None:
 def _column(facts: tuple[str, Shown, DesignView]) -> None:
     run, shown, design = facts
     status = design.status
-    address = f"/run/{run}/{status.number}"
-    with ui.link(target=address).props("tabindex=-1 aria-hidden=true"):
+    address = partial(design_address, run, status.number)
+    with ui.link(target=address()).props("tabindex=-1 aria-hidden=true"):
         image(file_address(run, design.picture), "")
     with box("stack inside"):
         with box("row apart top"):
             with box("stack tight grow"):
                 with box(tag="h2"):
-                    ui.link(f"{status.number}. {status.concept or 'concept'}", address)
+                    ui.link(f"{status.number}. {status.concept or 'concept'}", address())
                 text(status.family, "small soft")
-            badge(status.outcome.outcome if status.outcome else state_of(shown, design), design.warnings)
+            badge(state_of(shown, design), design.warnings)
         _doing(shown, design)
         working = shown not in ("interrupted", "stopped")
-        strip(design.attempts, lambda number: f"{address}?iteration={number}", at_work=working)
+        strip(design.attempts, lambda number: address(iteration=number), at_work=working)
         if status.stopped:
             notice(status.stopped.message, "bad")
         if status.faults and not status.outcome:

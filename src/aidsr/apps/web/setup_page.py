@@ -8,6 +8,7 @@ from typing import Any
 
 from nicegui import app, ui
 
+from aidsr.apps.web.addresses import run_address
 from aidsr.apps.web.frame import frame
 from aidsr.apps.web.launch import RunRequest, launch
 from aidsr.apps.web.live import working
@@ -17,6 +18,7 @@ from aidsr.apps.web.upload import ROBOT, upload
 from aidsr.apps.web.widgets import box, button, choice, image, text
 from aidsr.apps.web.words_form import take_template, words_form
 from aidsr.core.config import Budget, bounds, checked_config, run_settings
+from aidsr.core.formatting import task_title
 from aidsr.examples import examples
 from aidsr.runs import Run
 from aidsr.tasks import load_task, task_names
@@ -125,7 +127,7 @@ def _tasks(form: Form) -> None:
                 with choice(partial(take, name), chosen=form["task"] == name):
                     image(f"/pictures/{name}.png", "", "shot task")
                     with box("words"):
-                        text(name.rpartition("/")[2].replace("_", " "), tag="h3")
+                        text(task_title(name), tag="h3")
                         text(name.rpartition("/")[0], "small soft")
         task = load_task(form["task"])
         with box("sheet stack"):
@@ -185,7 +187,7 @@ def _start(site: Site, form: Form, objective: ui.textarea) -> None:
 
     def opened(made: Run) -> None:
         form.update(robot="", robot_name="")  # an initial robot is for one run only
-        ui.navigate.to(f"/run/{made.name}")
+        ui.navigate.to(run_address(made.name))
 
     def begin() -> None:
         if form["source"] == "words" and not str(form["objective"] or "").strip():

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from aidsr.apps.web.addresses import study_address
 from aidsr.apps.web.processes import Processes
 from aidsr.apps.web.studies import Studies
 from aidsr.core.errors import UserError
+from aidsr.core.formatting import iso_time, task_title
 from aidsr.runs import DesignFolder, DesignStatus, Library, Run, RunStatus, read_status
 from aidsr.runs.events import at_work
 from aidsr.runs.library import fingerprint
@@ -21,7 +22,7 @@ from aidsr.runs.trainings import Training, best_verdict, trainings_of, verdicts_
 from aidsr.teams.providers.manual import pending_prompts, prompts_directory
 
 if TYPE_CHECKING:
-    from aidsr.apps.web.work import Work
+    from aidsr.apps.web.activities import Activities
 
 Shown = State | Literal["interrupted"]
 """State of a run as shown: "interrupted" where the files say "running" but no process works on the run."""
@@ -39,7 +40,7 @@ class DesignView:
     motion: str
     trainings: tuple[Training, ...]
     """All trainings of the design, including those still learning."""
-    trained: int
+    evaluated: int
     """Number of evaluated policies."""
     valid: bool
     """Whether its best policy is valid, see `aidsr.runs.trainings.best_verdict`."""
@@ -83,8 +84,7 @@ class RunView:
     def title(self) -> str:
         """The task's name, or the objective in a few words."""
         record = self.status.record
-        named = record.task.rpartition("/")[2].replace("_", " ")
-        return named or shortened(record.objective)
+        return task_title(record.task) or shortened(record.objective)
 
     @property
     def awaited(self) -> int:
@@ -118,11 +118,11 @@ class Site:
         return cls(Library(runs), processes, Studies(runs, processes, studies))
 
     @cached_property
-    def work(self) -> Work:
-        """The tasks at work, read once for all open pages."""
-        from aidsr.apps.web.work import Work
+    def activities(self) -> Activities:
+        """What is running and waiting, read once for all open pages."""
+        from aidsr.apps.web.activities import Activities
 
-        return Work(self)
+        return Activities(self)
 
     @property
     def own(self) -> Path:
@@ -140,7 +140,7 @@ class Site:
     def way_to(self, name: str) -> tuple[tuple[str, str], ...]:
         """Return text and address of each page above a run's page: all runs, then the run's study if it has one."""
         study = self.studies.study_of(name)
-        return (("Runs", "/"), (study, f"/study/{study}")) if study else (("Runs", "/"),)
+        return (("Runs", "/"), (study, study_address(study))) if study else (("Runs", "/"),)
 
     def view(self, run: Run) -> RunView:
         """Return the state of a run; its files are read again only when they changed.
@@ -157,7 +157,7 @@ class Site:
         _, status, designs = known
         shown: Shown = status.state
         prompts = 0
-        if shown == "running" and not self.is_at_work(run):
+        if shown == "running" and not self.is_running(run):
             shown = "interrupted"
         elif shown == "running" and (directory := prompts_directory(status.record.config.model)) is not None:
             prompts = len(pending_prompts(directory))
@@ -177,17 +177,17 @@ class Site:
             elif kind == "training" and any(training.at_work for training in trainings):
                 yield Job(number, kind, "")
 
-    def is_at_work(self, run: Run) -> bool:
+    def is_running(self, run: Run) -> bool:
         """Whether a process works on a run, started by the web app or in a terminal."""
         return self.processes.is_alive(run.name) or bool(at_work(run.events))
 
-    def refuse_at_work(self, run: Run) -> None:
+    def refuse_running(self, run: Run) -> None:
         """Refuse an action that is not allowed while a process works on a run.
 
         Raises:
             UserError: A process works on the run.
         """
-        if self.is_at_work(run):
+        if self.is_running(run):
             raise UserError(f"{run.name} is already running; wait for it, or stop it first")
 
     def resume(self, run: Run) -> None:
@@ -196,7 +196,7 @@ class Site:
         Raises:
             UserError: A process already works on the run.
         """
-        self.refuse_at_work(run)
+        self.refuse_running(run)
         self.processes.start(run.name, ["resume", str(run.path)])
 
     def design(self, run_name: str, number: int) -> tuple[Run, DesignFolder]:
@@ -218,8 +218,9 @@ class Site:
             UserError: There is no such run, or a process still designs, trains, exports or probes in it.
         """
         run = self.library.run(name)
-        self.refuse_at_work(run)
-        for job in (job for each in run.designs for job in self._jobs(run, each.number, trainings_of(each))):
+        self.refuse_running(run)
+        jobs = (job for each in run.designs for job in self._jobs(run, each.number, trainings_of(each)))
+        if job := next(jobs, None):
             raise UserError(f"design {job.number} has a running {job.kind}; stop it first, then delete {name}")
         self.library.trash(name)
 
@@ -261,7 +262,7 @@ def _design(run: Run, design: DesignFolder, status: DesignStatus) -> DesignView:
         picture=picture.relative_to(run.path).as_posix() if picture else "",
         motion=motion.relative_to(run.path).as_posix() if motion else "",
         trainings=trainings,
-        trained=len(verdicts),
+        evaluated=len(verdicts),
         valid=best is not None and best.valid,
         successful=best is not None and best.successful,
         held_out=(sum(each.ended == "succeeded" for each in best.episodes), len(best.episodes)) if best else None,
@@ -273,13 +274,15 @@ def _design(run: Run, design: DesignFolder, status: DesignStatus) -> DesignView:
 def _changed(log: Path) -> str:
     """Return when a log was last written to, ISO 8601; a page counts up from that time."""
     try:
-        return datetime.fromtimestamp(log.stat().st_mtime, UTC).isoformat(timespec="seconds")
+        return iso_time(log.stat().st_mtime)
     except FileNotFoundError:
         return ""
 
 
 def state_of(shown: Shown, design: DesignView) -> str:
-    """Return the state of a design without an outcome: "running" in its files may mean interrupted or waiting."""
+    """Return the state of a design, or its outcome: "running" in its files may mean interrupted or waiting."""
+    if design.status.outcome:
+        return design.status.outcome.outcome
     state = design.status.state
     return shown if state == "running" and shown in ("interrupted", "waiting") else state
 

@@ -193,7 +193,7 @@ class Studies:
             raise UserError("this study was not started in the web app; stop it with Control-C where it was started")
         self._read_s = -float("inf")
 
-    def is_at_work(self, key: str) -> bool:
+    def is_running(self, key: str) -> bool:
         """Whether a process started by this app works on a study."""
         return self._processes.is_alive(self.process(key))
 
@@ -218,7 +218,7 @@ class Studies:
         return found
 
     def _view(self, key: str, path: Path) -> StudyView:
-        return replace(_view(key, path), at_work=self.is_at_work(key))
+        return replace(_view(key, path), at_work=self.is_running(key))
 
     def _read(self) -> None:
         try:

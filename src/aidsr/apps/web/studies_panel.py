@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from nicegui import ui
 
+from aidsr.apps.web.addresses import report_address, study_address
 from aidsr.apps.web.live import live
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.studies import StudyView
@@ -48,7 +49,7 @@ def _table(views: tuple[StudyView, ...]) -> None:
 
 def _cells(view: StudyView) -> None:
     with box("mono name", "td"):
-        ui.link(view.name, f"/study/{view.key}")
+        ui.link(view.name, study_address(view.key))
     if view.complaint:
         with box(tag="td", colspan=str(len(_COLUMNS) - 1)):
             text(view.complaint, "small bad")
@@ -65,7 +66,7 @@ def _cells(view: StudyView) -> None:
             text(left, "small soft", "div")
     with box(tag="td"):
         if view.report:
-            ui.link("Report", f"/studies/{view.key}/report", new_tab=True)
+            ui.link("Report", report_address(view.key), new_tab=True)
 
 
 def spending_of(view: StudyView) -> str:

@@ -7,6 +7,7 @@ from typing import Any, get_args
 
 from nicegui import app, ui
 
+from aidsr.apps.web.addresses import study_address
 from aidsr.apps.web.form_values import whole_number
 from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import working
@@ -15,7 +16,7 @@ from aidsr.apps.web.studies import JOBS
 from aidsr.apps.web.widgets import box, button, fact, text
 from aidsr.core.config import BUDGET_STEPS, BUILTIN, Budget, Protocol, StudyMethod, checked_config
 from aidsr.core.errors import UserError
-from aidsr.core.formatting import format_duration
+from aidsr.core.formatting import format_duration, task_title
 from aidsr.loop.teams import check_model
 from aidsr.runs.library import is_name
 from aidsr.studies.arms import Baseline, make_plan
@@ -126,7 +127,7 @@ def asked(site: Site, form: Form) -> _Asked:
 def _what(form: Form) -> None:
     with box("sheet stack"):
         ui.input("Study name").props("outlined dense").bind_value(form, "name")
-        tasks = {_ALL: "all tasks", **{name: name.rpartition("/")[2].replace("_", " ") for name in task_names()}}
+        tasks = {_ALL: "all tasks", **{name: task_title(name) for name in task_names()}}
         _several("Tasks", tasks, form, "tasks")
         ui.toggle(["standard", "hard"]).props("dense unelevated no-caps").bind_value(form, "level")
         offered = [provider.example_name for provider in providers() if provider.connect and not provider.takes_path]
@@ -187,7 +188,7 @@ def _start(site: Site, form: Form) -> None:
 
     def opened(key: str) -> None:
         form["name"] = ""
-        ui.navigate.to(f"/study/{key}")
+        ui.navigate.to(study_address(key))
 
     with box("row"):
         go = button("Start the study", lambda: working(go, begin, opened), "primary", "play_arrow")

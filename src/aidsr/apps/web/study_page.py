@@ -6,6 +6,7 @@ from functools import partial
 
 from nicegui import ui
 
+from aidsr.apps.web.addresses import report_address, run_address
 from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import as_action, live
 from aidsr.apps.web.run_page import not_found
@@ -14,6 +15,7 @@ from aidsr.apps.web.studies import JOBS, RunOfStudy, StudyView
 from aidsr.apps.web.studies_panel import spending_of
 from aidsr.apps.web.widgets import badge, box, button, fact, notice, points, text
 from aidsr.core.errors import AidsrError
+from aidsr.core.formatting import task_title
 
 
 def add_study_page(site: Site) -> None:
@@ -44,7 +46,7 @@ def _asks(words: str) -> None:
 
 def _state(site: Site, key: str) -> tuple[bool, int, bool]:
     view = site.studies.view(key)
-    return site.studies.is_at_work(key), view.jobs_left, view.report
+    return site.studies.is_running(key), view.jobs_left, view.report
 
 
 def _actions(site: Site, key: str, state: tuple[bool, int, bool]) -> None:
@@ -57,13 +59,13 @@ def _actions(site: Site, key: str, state: tuple[bool, int, bool]) -> None:
         elif left:
             button("Resume", as_action(partial(site.studies.resume, key, JOBS)), "primary", "play_arrow")
         if report:
-            ui.link("Report", f"/studies/{key}/report", new_tab=True)
+            ui.link("Report", report_address(key), new_tab=True)
 
 
 def _output(site: Site, key: str) -> str:
     """Return the last output of a process that ended before all jobs were done; empty otherwise."""
     view = site.studies.view(key)
-    return site.studies.output_tail(key) if view.jobs_left and not site.studies.is_at_work(key) else ""
+    return site.studies.output_tail(key) if view.jobs_left and not site.studies.is_running(key) else ""
 
 
 def _notes(output: str) -> None:
@@ -98,7 +100,7 @@ def _runs(cells: tuple[RunOfStudy, ...]) -> None:
         with box(tag="tbody"):
             for task in dict.fromkeys(cell.task for cell in cells):
                 with box(tag="tr"):
-                    text(task.rpartition("/")[2].replace("_", " "), "", "th").props["scope"] = "row"
+                    text(task_title(task), "", "th").props["scope"] = "row"
                     for arm in arms:
                         with box(tag="td"), box("stack tight"):
                             _cell([cell for cell in cells if (cell.task, cell.arm) == (task, arm)])
@@ -108,7 +110,7 @@ def _cell(runs: list[RunOfStudy]) -> None:
     with box("row tight"):
         for one in sorted(runs, key=lambda run: run.number):
             if one.name:
-                link = ui.link(str(one.number), f"/run/{one.name}").classes(f"badge {one.state}")
+                link = ui.link(str(one.number), run_address(one.name)).classes(f"badge {one.state}")
                 link.props["aria-label"] = f"run {one.number}, {one.state}"
             else:
                 text(str(one.number), "badge").props["title"] = "not started"

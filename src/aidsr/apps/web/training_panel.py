@@ -10,6 +10,7 @@ from typing import Any
 
 from nicegui import app, ui
 
+from aidsr.apps.web.addresses import file_address
 from aidsr.apps.web.curve import curve_svg
 from aidsr.apps.web.form_values import whole_number
 from aidsr.apps.web.live import as_action, live, show_error, working
@@ -17,7 +18,7 @@ from aidsr.apps.web.measure_form import measure_arguments, measure_field
 from aidsr.apps.web.recorded_episodes import Stage, record, replay_name, variation_of
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.view3d import Episode
-from aidsr.apps.web.widgets import badge, box, button, fact, file_address, long_text, notice, text
+from aidsr.apps.web.widgets import badge, box, button, fact, long_text, notice, text
 from aidsr.core.artifacts import EpisodeResult, Evaluation, PerturbedEpisodes
 from aidsr.core.config import BUDGET_STEPS
 from aidsr.core.ends import ends_in_words, mean_action_in_words
@@ -109,7 +110,7 @@ def _has_new_verdict(site: Site, name: str, trainings: tuple[Training, ...]) -> 
 
 def _learning(site: Site, run: Run, design: DesignFolder, training: Training) -> _Learning:
     config, verdict = training.config.read() or {}, training.evaluation.read()
-    working = _at_work(site, site.training_name(run, design.number), training)
+    working = _is_running(site, site.training_name(run, design.number), training)
     if training.stage == "learning":
         state = "running" if working else "stopped"
     else:
@@ -123,7 +124,7 @@ def _learning(site: Site, run: Run, design: DesignFolder, training: Training) ->
     return _Learning(steps, int(config.get("seed", 0)), curve, state, verdict, hopeless, script)
 
 
-def _at_work(site: Site, name: str, training: Training) -> bool:
+def _is_running(site: Site, name: str, training: Training) -> bool:
     """Whether a process works on this training of a design: one started elsewhere, or the design's own process."""
     if training.at_work:
         return True

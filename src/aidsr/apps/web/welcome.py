@@ -6,6 +6,7 @@ from functools import partial
 
 from nicegui import ui
 
+from aidsr.apps.web.addresses import run_address
 from aidsr.apps.web.frame import ASSETS
 from aidsr.apps.web.launch import DEMO, RunRequest, launch
 from aidsr.apps.web.live import working
@@ -25,7 +26,7 @@ def welcome(site: Site) -> None:
     """Explain the app, and offer first steps."""
 
     def opened(run: Run) -> None:
-        ui.navigate.to(f"/run/{run.name}")
+        ui.navigate.to(run_address(run.name))
 
     def offer(title: str, request: RunRequest) -> None:
         pressed = button(title, lambda: working(pressed, partial(launch, site, request), opened), "quiet", "play_arrow")

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Literal
-from urllib.parse import quote
 
 from nicegui import ui
 from nicegui.elements.mixins.text_element import TextElement
@@ -74,16 +73,6 @@ def fault_found(fault: Fault) -> None:
         if fault.likely_cause or fault.cure:
             content = (content.rstrip(".") for content in (fault.likely_cause, fault.cure) if content)
             text(" ".join(f"{one[0].upper()}{one[1:]}." for one in content), "small soft", "p")
-
-
-def file_address(run: str, path: str, *, version: str = "") -> str:
-    """Return the address of a file of a run; empty for an empty path."""
-    return f"/files/{quote(run)}/{quote(path)}" + (f"?v={quote(version)}" if version else "") if path else ""
-
-
-def thumbnail_address(run: str, path: str) -> str:
-    """Return the address of a small copy of a run's picture, for lists; empty for an empty path."""
-    return f"/thumbnails/{quote(run)}/{quote(path)}" if path else ""
 
 
 def badge(state: str, warnings: int = 0) -> None:

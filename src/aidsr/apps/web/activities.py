@@ -1,4 +1,4 @@
-"""The running tasks of all runs, and those that wait for a person."""
+"""The running activities of all runs, and those that wait for a person."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Literal
 
+from aidsr.apps.web.addresses import design_address, job_address, run_address, study_address
 from aidsr.apps.web.site import Job, RunView, Site
 from aidsr.apps.web.time_left import left_s, usual_s
 from aidsr.core.errors import UserError
+from aidsr.core.formatting import iso_time
 from aidsr.runs.event_text import DOING
 from aidsr.runs.trainings import read_curve, trainings_of
 
@@ -21,8 +23,8 @@ _KEPT_S = 1.5
 
 
 @dataclass(frozen=True)
-class Task:
-    """One task that is running or waits for a person."""
+class Activity:
+    """Work that is running or waits for a person."""
 
     kind: Literal["decision", "reply", "designs", "training", "export", "probe", "study"]
     title: str
@@ -43,28 +45,28 @@ class Task:
         return self.kind in ("decision", "reply")
 
 
-class Work:
-    """Reader of the running and waiting tasks, shared by all open pages."""
+class Activities:
+    """Reader of the running and waiting activities, shared by all open pages."""
 
     def __init__(self, site: Site) -> None:
         self._site = site
         self._lock = threading.Lock()
-        self._known: tuple[Task, ...] = ()
+        self._known: tuple[Activity, ...] = ()
         self._read_s = -float("inf")
 
-    def latest(self) -> tuple[Task, ...]:
-        """Return the last result of `tasks` without reading; empty before its first call."""
+    def latest(self) -> tuple[Activity, ...]:
+        """Return the last result of `current` without reading; empty before its first call."""
         return self._known
 
-    def tasks(self) -> tuple[Task, ...]:
-        """Return the tasks that wait for a person, then the running ones, each with the newest run first."""
+    def current(self) -> tuple[Activity, ...]:
+        """Return the activities that wait for a person, then the running ones, each with the newest run first."""
         with self._lock:
             if time.monotonic() - self._read_s > _KEPT_S:
                 views = tuple(self._views())
                 usual, now = usual_s(views), datetime.now(UTC)
-                found = [task for view in views for task in self._of(view, left_s(view, usual, now))]
+                found = [activity for view in views for activity in self._of(view, left_s(view, usual, now))]
                 found += self._studies()
-                self._known = tuple(sorted(found, key=lambda task: not task.waits))
+                self._known = tuple(sorted(found, key=lambda activity: not activity.waits))
                 self._read_s = time.monotonic()
             return self._known
 
@@ -73,36 +75,36 @@ class Work:
             with contextlib.suppress(UserError):  # the home page shows the error
                 yield self._site.view(run)
 
-    def _of(self, view: RunView, left_s: float | None) -> Iterator[Task]:
-        """Yield the tasks of a run; `left_s` is its estimated remaining time [s]."""
+    def _of(self, view: RunView, left_s: float | None) -> Iterator[Activity]:
+        """Yield the activities of a run; `left_s` is its estimated remaining time [s]."""
         name = view.name
-        home = f"/run/{name}"
+        home = run_address(name)
         for design in view.designs:
             if design.status.state == "waiting":
                 title = f"{view.title}, design {design.status.number}: {design.status.concept}"
-                yield Task("decision", title, f"{home}/{design.status.number}", "waits for your decision", design.since)
+                address = design_address(name, design.status.number)
+                yield Activity("decision", title, address, "waits for your decision", design.since)
         if view.prompts:
             count = "a prompt waits" if view.prompts == 1 else f"{view.prompts} prompts wait"
-            yield Task("reply", view.title, home, f"{count} for a reply", view.since, process=name)
+            yield Activity("reply", view.title, home, f"{count} for a reply", view.since, process=name)
         elif view.shown == "running":
             since = view.status.record.started
-            yield Task("designs", view.title, home, _doing(view), since, _share(view), left_s, name)
+            yield Activity("designs", view.title, home, _doing(view), since, _share(view), left_s, name)
         for job in view.jobs:
             yield self._job(name, view, job)
 
-    def _studies(self) -> Iterator[Task]:
+    def _studies(self) -> Iterator[Activity]:
         for view in self._site.studies.views():
             if view.at_work:
                 process = self._site.studies.process(view.key)
-                began = datetime.fromtimestamp(self._site.processes.started_s(process), UTC)
+                since = iso_time(self._site.processes.started_s(process))
                 doing = f"{view.runs_done} of {view.runs} runs finished, {view.jobs_left} jobs remaining"
-                since = began.isoformat(timespec="seconds")
                 left_s = 3600 * view.core_hours_left / self._site.studies.jobs(view.key)
                 share = view.runs_done / view.runs if view.runs else None  # an unreadable study has no runs
-                address = f"/study/{view.key}"
-                yield Task("study", f"study {view.name}", address, doing, since, share, left_s or None, process)
+                address = study_address(view.key)
+                yield Activity("study", f"study {view.name}", address, doing, since, share, left_s or None, process)
 
-    def _job(self, name: str, view: RunView, job: Job) -> Task:
+    def _job(self, name: str, view: RunView, job: Job) -> Activity:
         title = f"{view.title}, design {job.number}: {view.design(job.number).status.concept}"
         design = self._site.run(name).design(job.number)
         trainings = trainings_of(design) if job.kind == "training" else ()
@@ -111,14 +113,11 @@ class Work:
             began_s = self._site.processes.started_s(job.process)
         else:
             began_s = at_work[-1].config.path.stat().st_mtime if at_work else time.time()
-        since = datetime.fromtimestamp(began_s, UTC).isoformat(timespec="seconds")
+        since, address = iso_time(began_s), job_address(name, job.number, job.kind)
         if job.kind == "export":
-            return Task(
-                "export", title, f"/run/{name}/{job.number}/export", "creating parts", since, process=job.process
-            )
-        address = f"/run/{name}/{job.number}?tab={job.kind}"
+            return Activity("export", title, address, "creating parts", since, process=job.process)
         if job.kind == "probe":
-            return Task("probe", title, address, "trying motions", since, process=job.process)
+            return Activity("probe", title, address, "trying motions", since, process=job.process)
         learning = [one for one in at_work or trainings if one.stage == "learning"]
         curve = read_curve(learning[-1]) if learning else ()
         steps = int((learning[-1].config.read() or {}).get("steps", 0)) if learning else 0
@@ -126,11 +125,11 @@ class Work:
             again = bool(at_work) and at_work[-1].stage == "judged"
             judging = "rendering videos, or repeating the evaluation" if again else "evaluating the policy"
             doing = "starting to learn" if learning else judging
-            return Task("training", title, address, doing, since, process=job.process)
+            return Activity("training", title, address, doing, since, process=job.process)
         done, speed = min(curve[-1].steps, steps), curve[-1].steps_per_s
         doing = f"{done:,} of {steps:,} steps"
         left_s = (steps - done) / speed if speed > 0 else None
-        return Task("training", title, address, doing, since, done / steps, left_s, job.process)
+        return Activity("training", title, address, doing, since, done / steps, left_s, job.process)
 
 
 def _share(view: RunView) -> float | None:

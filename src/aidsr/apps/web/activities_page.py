@@ -1,4 +1,4 @@
-"""The activity page: running tasks, studies, and tasks that wait for a person."""
+"""The page of activities: what is running, studies, and what waits for a person."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ from functools import partial
 
 from nicegui import ui
 
+from aidsr.apps.web.activities import Activity
 from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import Rows, as_action, watch
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.studies_panel import studies_panel
 from aidsr.apps.web.widgets import box, button, clock, notice, text
-from aidsr.apps.web.work import Task
 from aidsr.core.errors import AidsrError, UserError
 from aidsr.core.formatting import format_duration
 
 _COLUMNS = ("activity", "state", "progress", "time left", "since", "stop")
 
 
-def add_work_page(site: Site) -> None:
+def add_activities_page(site: Site) -> None:
     """Add the page at /work."""
 
     @ui.page("/work")
-    def work_page() -> None:
+    def activities_page() -> None:
         with frame("Activity", ("Runs", "/"), site=site):
             with box("row apart"):
                 text("Activity", tag="h1")
@@ -46,37 +46,37 @@ def _table(site: Site) -> None:
         with box(tag="tbody"):
             rows = Rows(partial(_row, site))
 
-    def show(found: tuple[Task, ...] | AidsrError) -> None:
+    def show(found: tuple[Activity, ...] | AidsrError) -> None:
         without.clear()
-        tasks = found if isinstance(found, tuple) else ()
-        sheet.set_visibility(bool(tasks))
+        activities = found if isinstance(found, tuple) else ()
+        sheet.set_visibility(bool(activities))
         with without:
             if isinstance(found, AidsrError):
                 notice(str(found), "bad")
-            elif not tasks:
+            elif not activities:
                 with box("sheet empty"):
                     text("Nothing is running, and nothing waits for you.", "soft")
-        rows.update((f"{task.kind} {task.address}", task) for task in tasks)
+        rows.update((f"{each.kind} {each.address}", each) for each in activities)
 
-    watch(site.work.tasks, show)
+    watch(site.activities.current, show)
 
 
-def _row(site: Site, task: Task) -> None:
+def _row(site: Site, activity: Activity) -> None:
     def stop() -> None:
-        if not site.processes.stop(task.process):
+        if not site.processes.stop(activity.process):
             raise UserError("this process was not started in the web app; stop it with Control-C where it was started")
 
     with box("what", "td"):
-        ui.link(task.title, task.address)
-    text(task.doing, "wait" if task.waits else "", "td")
+        ui.link(activity.title, activity.address)
+    text(activity.doing, "wait" if activity.waits else "", "td")
     with box(tag="td"):
-        if task.share is not None:
-            with box(tag="progress", value=f"{task.share:.3f}", max="1", aria_label=f"{task.share:.0%} done"):
+        if activity.share is not None:
+            with box(tag="progress", value=f"{activity.share:.3f}", max="1", aria_label=f"{activity.share:.0%} done"):
                 pass
-    text("" if task.left_s is None else f"about {format_duration(task.left_s)}", "numbers", "td")
+    text("" if activity.left_s is None else f"about {format_duration(activity.left_s)}", "numbers", "td")
     with box("numbers", "td"):
-        if task.since:
-            clock(task.since)
+        if activity.since:
+            clock(activity.since)
     with box("stop", "td"):
-        if task.process:
+        if activity.process:
             button("Stop", as_action(stop), "danger", "stop")
