@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Callable, Sequence
 
 from aidsr.apps.web.view3d import Episode, Pick, SceneView
-from aidsr.apps.web.view3d.target import Wanted
+from aidsr.apps.web.view3d.target import TargetSpec
 from aidsr.apps.web.widgets import box, image
 from aidsr.core.artifacts import ActuatorGroup, Fault
 from aidsr.core.errors import UserError
@@ -26,7 +26,7 @@ def show_scene(
     on_pick: Callable[[str], None] = lambda _name: None,
     together: bool = False,
     before: str = "",
-    target: Wanted = "",
+    target: TargetSpec = "",
 ) -> SceneView | None:
     """Show a robot or a scene, and return the view; None where there is no MJCF yet.
 
@@ -68,7 +68,7 @@ def show_scene(
         )
 
 
-def target_of(run: Run) -> Wanted:
+def target_of(run: Run) -> TargetSpec:
     """Return the goal of a run as TOML, or the marks of its benchmark task; empty where there is none.
 
     It is also empty for a task that is not installed on this machine.

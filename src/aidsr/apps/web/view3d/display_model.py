@@ -14,7 +14,7 @@ from aidsr.apps.web.view3d.bodies import body_facts
 from aidsr.apps.web.view3d.controls import control_facts, group_facts
 from aidsr.apps.web.view3d.names import locate_elements
 from aidsr.apps.web.view3d.parts import Parts, list_parts
-from aidsr.apps.web.view3d.target import Target, Wanted, target_facts
+from aidsr.apps.web.view3d.target import Target, TargetSpec, target_facts
 from aidsr.apps.web.view3d.tendons import TendonLines, tendon_facts
 from aidsr.core.artifacts import ActuatorGroup
 from aidsr.mjcf.compile import compile_mjcf, load_mjcf
@@ -57,7 +57,7 @@ class DisplayModel:
         mount: Mount = "auto",
         environment: str = "",
         groups: Sequence[ActuatorGroup] = (),
-        target: Wanted = "",
+        target: TargetSpec = "",
     ) -> Self:
         """Return an MJCF text prepared for display.
 

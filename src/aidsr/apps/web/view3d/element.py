@@ -13,7 +13,7 @@ from nicegui.events import GenericEventArguments
 
 from aidsr.apps.web.view3d.endpoint import ADDRESS, Views, serve_views
 from aidsr.apps.web.view3d.stream import Episode, Model, SceneStream
-from aidsr.apps.web.view3d.target import Wanted
+from aidsr.apps.web.view3d.target import TargetSpec
 from aidsr.core.artifacts import ActuatorGroup, Fault
 from aidsr.validation.validator import Mount
 
@@ -67,7 +67,7 @@ class SceneView(Element, component=_STATIC / "scene_view.js", esm={"aidsr-view3d
         controls: bool = True,
         together: bool = False,
         before: str = "",
-        target: Wanted = "",
+        target: TargetSpec = "",
         on_pick: Callable[[Pick], None] | None = None,
     ) -> None:
         super().__init__()

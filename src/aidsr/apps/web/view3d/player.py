@@ -23,7 +23,7 @@ from aidsr.apps.web.view3d.display_model import DisplayModel
 from aidsr.apps.web.view3d.frames import Kind, pack_frame, pack_json
 from aidsr.apps.web.view3d.motions import Motion, Tests
 from aidsr.apps.web.view3d.playback import SPEED_BOUNDS, Playback
-from aidsr.apps.web.view3d.target import Wanted
+from aidsr.apps.web.view3d.target import TargetSpec
 from aidsr.apps.web.view3d.tracks import tracks_of
 from aidsr.core.artifacts import ActuatorGroup
 from aidsr.core.errors import MjcfError, UserError
@@ -60,7 +60,7 @@ class Player:
         self._choice: dict[str, Any] = {"mode": "live"}
         self._sent_state: dict[str, Any] = {}
         self._tracked: Motion | None = None
-        self._target: Wanted = ""
+        self._target: TargetSpec = ""
         self._changed = False
         self._last = time.monotonic()
 

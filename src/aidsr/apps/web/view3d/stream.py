@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.apps.web.view3d.frames import Kind, kind_of, pack_json
-from aidsr.apps.web.view3d.target import Wanted
+from aidsr.apps.web.view3d.target import TargetSpec
 from aidsr.core.artifacts import ActuatorGroup
 from aidsr.core.errors import UserError
 from aidsr.mjcf.read import open_mjcf
@@ -107,7 +107,7 @@ class Model:
     groups: Sequence[ActuatorGroup] = ()
     episodes: Sequence[Episode] = ()
     before: str = ""
-    target: Wanted = ""
+    target: TargetSpec = ""
 
     @property
     def command(self) -> dict[str, Any]:

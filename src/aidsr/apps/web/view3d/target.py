@@ -25,7 +25,7 @@ from aidsr.tasks.goals.turn import Turn
 from aidsr.tasks.mark import Mark
 
 Array = NDArray[np.float64]
-Wanted = str | Sequence[Mark]
+TargetSpec = str | Sequence[Mark]
 """TOML of a goal, or marks of a task; empty for no target."""
 
 _SMALLEST = 0.012
@@ -53,6 +53,7 @@ class Target:
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, parts: Parts, length_m: float) -> None:
         self._model, self._data, self._parts, self._length_m = model, data, parts, length_m
+        self._there = mujoco.MjData(model)
 
     def shapes(self, goal: Goal) -> list[dict[str, Any]]:
         """Return shapes as `aidsr.apps.web.view3d.parts` lists them; empty if the scene lacks what the goal names."""
@@ -176,7 +177,8 @@ class Target:
         return None
 
     def _with(self, at: int | slice, change: float | Array) -> mujoco.MjData:
-        there = mujoco.MjData(self._model)
+        """Return the scene with `change` added to `qpos[at]`; the next call reuses the same data."""
+        there = self._there
         there.qpos[:] = self._data.qpos
         there.qpos[at] += change
         mujoco.mj_kinematics(self._model, there)
@@ -193,16 +195,16 @@ class Target:
         ]
 
 
-def target_facts(finder: Target, wanted: Wanted, facts: dict[str, Any]) -> dict[str, Any] | None:
+def target_facts(finder: Target, spec: TargetSpec, facts: dict[str, Any]) -> dict[str, Any] | None:
     """Return the ghost of a target as it is sent to a viewer; None where nothing is visible.
 
     Raises:
         UserError: The goal is not valid.
     """
-    if isinstance(wanted, str):
-        shapes = finder.shapes(parse_goal(wanted))
+    if isinstance(spec, str):
+        shapes = finder.shapes(parse_goal(spec))
     else:
-        shapes = [shape for mark in wanted for shape in finder.marked(mark)]
+        shapes = [shape for mark in spec for shape in finder.marked(mark)]
     seen = [shape for shape in shapes if shape["kind"] == "geom"]
     return {"parts": seen, "surfaces": facts["surfaces"], "length_m": facts["length_m"]} if seen else None
 
