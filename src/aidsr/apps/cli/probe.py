@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from aidsr.apps.cli.flag import Flag
 from aidsr.core.ends import ends_in_words
 from aidsr.core.formatting import format_time_left
 
@@ -34,8 +35,8 @@ def probe(
     grouping: Literal["auto", "off"] = "auto",
     threads: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     out: Path | None = None,
-    film: Annotated[bool, Parameter(negative="", show_default=False)] = False,
-    json: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    film: Flag = False,
+    json: Flag = False,
 ) -> int:
     """Measure how far a robot gets on its task without learning.
 
@@ -80,8 +81,9 @@ def probe(
     from rich.markup import escape
 
     from aidsr import api
-    from aidsr.apps.cli.terminal import make_console
+    from aidsr.apps.cli.terminal import make_console, write_document
     from aidsr.core.errors import about
+    from aidsr.runs.files import replace_file
 
     began = time.monotonic()
 
@@ -107,7 +109,12 @@ def probe(
             listen=listen,
         )
     kept = out if out is not None else scene / "probe.json" if scene.is_dir() else None
-    _print_report(report, kept, json=json)
+    if kept is not None:
+        replace_file(kept, _as_json(report).encode())
+    if json:
+        write_document(_as_json(report))
+    else:
+        _print(make_console(), report, kept)
     if kept is not None:
         played = api.film(scene, report, task or "", level=level, goal=goal or "", grouping=grouping)
         drawn = _draw(played, kept, film=film)
@@ -127,18 +134,8 @@ def _draw(played: Film, kept: Path, *, film: bool) -> list[str]:
     return [str(file) for file, _ in files]
 
 
-def _print_report(report: ProbeReport, kept: Path | None, *, json: bool) -> None:
-    """Write the report to its file, if any, and print it."""
-    from aidsr.apps.cli.terminal import make_console, write_document
-    from aidsr.runs.files import replace_file
-
-    text = report.model_dump_json(indent=2) + "\n"
-    if kept is not None:
-        replace_file(kept, text.encode())
-    if json:
-        write_document(text)
-    else:
-        _print(make_console(), report, kept)
+def _as_json(report: ProbeReport) -> str:
+    return report.model_dump_json(indent=2) + "\n"
 
 
 def _print(console: Console, report: ProbeReport, kept: Path | None) -> None:
