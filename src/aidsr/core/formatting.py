@@ -59,8 +59,12 @@ def excerpt(text: str, most: int = 60) -> str:
 
 
 def counted(number: int, of: str) -> str:
-    """Return a number with its noun in the right form: "1 task", "3 tasks", "2 policies"."""
-    return f"{number} {of if number == 1 else of.removesuffix('y') + 'ies' if of.endswith('y') else of + 's'}"
+    """Return a number with its noun in the right form: "1 task", "3 tasks", "2 policies", "0 fixes"."""
+    if number == 1:
+        return f"1 {of}"
+    if of.endswith("y"):
+        return f"{number} {of.removesuffix('y')}ies"
+    return f"{number} {of}{'es' if of.endswith(('s', 'x', 'ch', 'sh')) else 's'}"
 
 
 def task_title(name: str) -> str:
@@ -100,8 +104,8 @@ def format_tokens(usage: Usage) -> str:
     """Return the input and output tokens, and whether they are estimated."""
     if usage.calls == 0:
         return "none"
-    counted = f"{usage.input_tokens:,} in, {usage.output_tokens:,} out"
-    return f"{counted}, estimated" if usage.tokens_estimated else counted
+    amounts = f"{usage.input_tokens:,} in, {usage.output_tokens:,} out"
+    return f"{amounts}, estimated" if usage.tokens_estimated else amounts
 
 
 def format_tokens_in_thousands(usage: Usage) -> str:
@@ -132,8 +136,7 @@ def format_time_left(steps: float, per_s: float) -> str:
 
 def format_repairs(counts: Mapping[str, int]) -> str:
     """Return the number of mechanical repairs and their kinds."""
-    total = sum(counts.values())
-    return f"{total} mechanical {'repair' if total == 1 else 'repairs'}: {', '.join(counts)}"
+    return f"{counted(sum(counts.values()), 'mechanical repair')}: {', '.join(counts)}"
 
 
 def format_fault(fault: Fault) -> str:

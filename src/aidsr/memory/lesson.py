@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from aidsr.core.artifacts import Artifact, Base
-from aidsr.core.formatting import excerpt
+from aidsr.core.formatting import counted, excerpt
 
 _JOB, _BODY, _FOUND, _HOW = 160, 320, 400, 160
 """Maximum characters of a lesson's text: on the job, on the robot, on the result of the trial, and on how its designer
@@ -69,7 +69,7 @@ class Lesson(Artifact):
         """Return the progress, how it was measured, and for a trial whether the decisive stage was reached."""
         if self.how:
             return f"progress {self.progress:.2f} ({excerpt(_line(self.how), _HOW)})"
-        searches = f"{self.least:.2f} to {self.most:.2f} in {_count(self.searches, 'search', 'searches')}"
+        searches = f"{self.least:.2f} to {self.most:.2f} in {counted(self.searches, 'search')}"
         return f"progress {self.progress:.2f} ({searches}), decisive stage {'' if self.solved else 'not '}reached"
 
     @property
@@ -90,7 +90,7 @@ class Lesson(Artifact):
     def text(self) -> str:
         """Return the lesson as a paragraph: the robot, the measurements and the evidence."""
         parts = [
-            f"{self.name} ({self.family}, {_count(self.actuators, 'actuator')} in {_count(self.groups, 'group')}): "
+            f"{self.name} ({self.family}, {counted(self.actuators, 'actuator')} in {counted(self.groups, 'group')}): "
             f"{excerpt(_line(f'{self.morphology} {self.actuation}'), _BODY)}",
             f"Measured: {self._measured()}.",
         ]
@@ -105,7 +105,3 @@ class Lesson(Artifact):
 def _line(text: str) -> str:
     """Return a text on one line, so that it stays one item of a list."""
     return " ".join(text.split())
-
-
-def _count(number: int, one: str, many: str = "") -> str:
-    return f"{number} {one if number == 1 else many or one + 's'}"

@@ -15,7 +15,7 @@ from aidsr.apps.cli.training import TrainingBar, evaluating
 from aidsr.core.artifacts import Decision
 from aidsr.core.calls import Usage
 from aidsr.core.errors import ModelError, UserError
-from aidsr.core.formatting import format_cost, format_duration, format_time_left
+from aidsr.core.formatting import counted, format_cost, format_duration, format_time_left
 from aidsr.learn.rl.callbacks import CurvePoint
 from aidsr.learn.rl.evaluation import EvaluationPoint
 from aidsr.learn.rl.recipe import PROTOCOLS, recipe_of
@@ -275,3 +275,8 @@ def test_words_for_money_and_time() -> None:
     assert format_cost(Usage(calls=1, cost_usd=None)) == "unknown"
     assert format_cost(Usage(calls=2, cost_usd=0.0123)) == "$0.0123"
     assert [format_duration(s) for s in (0.04, 59.4, 60, 3723)] == ["0.0 s", "59.4 s", "1 min 0 s", "1 h 2 min"]
+
+
+def test_a_noun_follows_its_number() -> None:
+    told = [counted(1, "fix"), counted(0, "fix"), counted(2, "policy"), counted(3, "search"), counted(2, "task")]
+    assert told == ["1 fix", "0 fixes", "2 policies", "3 searches", "2 tasks"]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from aidsr.apps.cli.flag import Flag
 from aidsr.apps.cli.plan_options import PlanOptions
 from aidsr.apps.cli.spending import StudyLimits
 
@@ -25,9 +26,9 @@ def benchmark(
     limits: StudyLimits | None = None,
     jobs: Annotated[int, Parameter(validator=Number(gte=1, lte=512))] = 2,
     ray: str = "",
-    resume: Annotated[bool, Parameter(negative="", show_default=False)] = False,
-    trust: Annotated[bool, Parameter(negative="", show_default=False)] = False,
-    dry_run: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    resume: Flag = False,
+    trust: Flag = False,
+    dry_run: Flag = False,
 ) -> int:
     """Run a study: design, train and evaluate robots for many tasks, and write the report.
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from aidsr.apps.cli.flag import Flag
+
 if TYPE_CHECKING:
     from aidsr.teams.fitting.check import GoalCheck
 
@@ -19,7 +21,7 @@ def check(
     *,
     out: Path | None = None,
     seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
-    json: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    json: Flag = False,
 ) -> int:
     """Check your own environment and goal before you design for them.
 

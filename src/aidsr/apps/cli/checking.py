@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from aidsr.apps.cli.input_files import STANDARD_INPUT, read_standard_input
 from aidsr.apps.cli.output_file import write_output
 from aidsr.core.artifacts import ValidationReport
 from aidsr.core.errors import UserError
 from aidsr.fixes import fix
-from aidsr.mjcf.read import decode_mjcf, open_mjcf
+from aidsr.mjcf.read import open_mjcf
 from aidsr.validation import validate
 from aidsr.validation.fidelity import check_fidelity
 from aidsr.validation.json_report import FileReport
 from aidsr.validation.page import GENERATOR, TracedReport, page_html, trace_report
 
-STANDARD_INPUT = "-"
 _HEAD_BYTES = 400
 """Number of bytes at the start of an HTML report that contain the name of the program that wrote it."""
 
@@ -46,7 +45,7 @@ class Check:
             UserError: The file cannot be read, or an output file cannot be written.
             MjcfError: The file is too large.
         """
-        text = decode_mjcf(sys.stdin.buffer.read(), "standard input") if file == STANDARD_INPUT else Path(file)
+        text = read_standard_input() if file == STANDARD_INPUT else Path(file)
         repairs = None
         if self.repair is not None:
             answer = fix(_opened(text))

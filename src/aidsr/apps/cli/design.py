@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from aidsr.apps.cli.flag import Flag
 from aidsr.apps.cli.options import Options, options_for
 from aidsr.apps.cli.spending import Limits, print_estimate
 from aidsr.core.config import BUDGET_STEPS, BUILTIN, RunConfig, run_settings
@@ -29,10 +30,10 @@ def design(
     goal: Path | None = None,
     settings: Settings | None = None,
     limits: Limits | None = None,
-    train: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    train: Flag = False,
     steps: Annotated[int, Parameter(validator=Number(gte=1))] = BUDGET_STEPS,
     seeds: Annotated[int, Parameter(validator=Number(gte=1, lte=100))] = 1,
-    dry_run: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    dry_run: Flag = False,
     runs: Path = Path("runs"),
 ) -> int:
     """Design robots for a task or for an objective in words.

@@ -81,6 +81,7 @@ def _extras() -> Check:
 
 
 def _machine() -> tuple[Check, ...]:
+    from aidsr.core.formatting import counted
     from aidsr.render.pictures import gl_status
 
     threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -90,7 +91,7 @@ def _machine() -> tuple[Check, ...]:
     except OSError as error:
         writable = Check("files", "problem", f"{Path.cwd()} is not writable ({error.strerror}); use --runs")
     return (
-        Check("processor", "ok", f"{threads} {'thread' if threads == 1 else 'threads'} for simulation"),
+        Check("processor", "ok", f"{counted(threads, 'thread')} for simulation"),
         Check("graphics", "ok", gl_status()),
         writable,
     )

@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from aidsr.apps.cli.flag import Flag
 from aidsr.core.config import VERDICT_EPISODES
 
 
@@ -21,8 +22,8 @@ def evaluate(
     split: Literal["held_out", "development"] = "held_out",
     threads: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     videos: bool = True,
-    perturbed: Annotated[bool, Parameter(negative="", show_default=False)] = False,
-    json: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    perturbed: Flag = False,
+    json: Flag = False,
 ) -> int:
     """Evaluate a trained policy on held-out variations of its task.
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Literal
 
-from cyclopts import Parameter
-
+from aidsr.apps.cli.flag import Flag
 from aidsr.core.formatting import counted, format_fault
 
 if TYPE_CHECKING:
@@ -22,8 +21,8 @@ def export(
     printer: Literal["fdm", "sla"] = "fdm",
     material: str | None = None,
     out: Path | None = None,
-    policy: Annotated[bool, Parameter(negative="", show_default=False)] = False,
-    step: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    policy: Flag = False,
+    step: Flag = False,
 ) -> int:
     """Turn an approved design into parts to print, buy and assemble, and list what cannot be built.
 
@@ -80,7 +79,7 @@ def _print_export(console: Console, exported: Exported) -> None:
     motors = sorted({winch.fit.motor.name for winch in made.winches if winch.fit is not None})
     unknown = f", and {len(verdict.unpriced)} without a known price" if verdict.unpriced else ""
     named = f" ({'; '.join(motors)})" if motors else ""
-    winches = f"{len(made.winches)} winch{'es' * (len(made.winches) != 1)}{named}" if made.winches else "no winches"
+    winches = f"{counted(len(made.winches), 'winch')}{named}" if made.winches else "no winches"
     line(f"  {winches}; about {verdict.cost_usd:.0f} USD{unknown}")
     if verdict.retest is not None:
         built_mm, designed_mm = 1000 * verdict.retest.reach_m, 1000 * verdict.retest.designed_reach_m

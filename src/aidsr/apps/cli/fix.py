@@ -8,21 +8,21 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from aidsr.apps.cli.flag import Flag
+from aidsr.apps.cli.input_files import STANDARD_INPUT, read_standard_input, require_files
+
 if TYPE_CHECKING:
     from aidsr.fixes import FixResult
 
-_Flag = Annotated[bool, Parameter(negative="", show_default=False)]
-
-_STANDARD_INPUT = "-"
 _NOT_WRITTEN = ", not written; add --in-place or --out FILE to write"
 
 
 def fix(
     *files: Annotated[str, Parameter(allow_leading_hyphen=True)],
     out: Annotated[Path | None, Parameter(show_default=False)] = None,
-    in_place: _Flag = False,
-    force: _Flag = False,
-    simulate: _Flag = False,
+    in_place: Flag = False,
+    force: Flag = False,
+    simulate: Flag = False,
     list_fixes: Annotated[bool, Parameter(name="--list", negative="", show_default=False)] = False,
 ) -> int:
     """Fix unambiguous mistakes in the MJCF of robots or scenes; with --simulate, also faults found in simulation.
@@ -63,14 +63,12 @@ def fix(
     if list_fixes:
         write_document(fixes_table())
         return 0
-    unknown = next((file for file in files if file.startswith("--")), None)
-    if unknown or not files:
-        raise UserError(f"{f'unknown option: {unknown}' if unknown else 'no file given'}; see aidsr fix --help")
+    require_files(files, "fix")
     if out is not None and (in_place or len(files) > 1):
         raise UserError("--out writes one file: give one file, and leave out --in-place")
     if out is not None and out.exists() and not force:
         raise UserError(f"{out} exists; name another file for --out, or add --force to replace it")
-    if in_place and _STANDARD_INPUT in files:
+    if in_place and STANDARD_INPUT in files:
         raise UserError("standard input cannot be fixed in place; leave out --in-place")
     return max([_fix_file(file, Path(file) if in_place else out, simulate=simulate) for file in files])
 
@@ -80,11 +78,11 @@ def _fix_file(file: str, target: Path | None, *, simulate: bool) -> int:
     from aidsr.apps.cli.output_file import write_output
     from aidsr.apps.cli.terminal import write, write_document
     from aidsr.fixes import fix
-    from aidsr.mjcf.read import decode_mjcf, open_mjcf
+    from aidsr.mjcf.read import open_mjcf
     from aidsr.validation.fixing import fix_until_stable
 
-    from_stdin = file == _STANDARD_INPUT
-    text = decode_mjcf(sys.stdin.buffer.read(), "standard input") if from_stdin else open_mjcf(Path(file))
+    from_stdin = file == STANDARD_INPUT
+    text = read_standard_input() if from_stdin else open_mjcf(Path(file))
     result = fix_until_stable(text) if simulate else fix(text)
     fixed = result.mjcf + "\n" * (text.endswith("\n") and not result.mjcf.endswith("\n"))
     written = True
@@ -104,8 +102,10 @@ def _fix_file(file: str, target: Path | None, *, simulate: bool) -> int:
 
 def _account(name: str, result: FixResult, target: Path | None, *, written: bool) -> str:
     """Return the text output for a file: number of fixes and output file, one line per fix, remaining faults."""
-    count = "1 fix" if result.total == 1 else f"{result.total} fixes"
+    from aidsr.core.formatting import counted
+
     place = f", written to {target}" if target is not None else ""
+    count = counted(result.total, "fix")
     head = "nothing to fix" if not result.total else f"{count}{place if written else _NOT_WRITTEN}"
     left = f"remaining: {', '.join(result.unfixed)}; see aidsr validate" if result.unfixed else ""
     return "\n".join([f"{name}: {head}", *(f"- {note}" for note in result.notes), *([left] if left else []), ""])

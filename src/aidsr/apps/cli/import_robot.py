@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from aidsr.apps.cli.flag import Flag
+
 if TYPE_CHECKING:
     from aidsr.mjcf.importing import Imported
-
-_Flag = Annotated[bool, Parameter(negative="", show_default=False)]
 
 
 def import_robot(
@@ -19,7 +19,7 @@ def import_robot(
     *,
     out: Annotated[Path | None, Parameter(show_default=False)] = None,
     folder: Annotated[Path | None, Parameter(show_default=False)] = None,
-    force: _Flag = False,
+    force: Flag = False,
 ) -> int:
     """Merge a robot that consists of several files into one MJCF document that the other commands can read.
 
@@ -46,6 +46,7 @@ def import_robot(
     from aidsr.apps.cli.output_file import write_output
     from aidsr.apps.cli.terminal import write, write_document
     from aidsr.core.errors import UserError, about
+    from aidsr.core.formatting import counted
     from aidsr.mjcf.importing import import_mjcf
 
     if out is not None and out.exists() and not force:
@@ -57,10 +58,9 @@ def import_robot(
         write_document(text)
     else:
         write_output(out, text)
-    count = len(imported.files)
     place = f", written to {out}" if out is not None else ""
     lines = [
-        f"{file}: {count} {'file' if count == 1 else 'files'}{place}",
+        f"{file}: {counted(len(imported.files), 'file')}{place}",
         *(f"- {note}" for note in imported.notes),
         "",
     ]

@@ -5,16 +5,15 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import Annotated
 
-from cyclopts import Parameter
+from aidsr.apps.cli.flag import Flag
 
 
 def mcp(
     *,
     folder: Path = Path("scenes"),
     runs: Path = Path("runs"),
-    config: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    config: Flag = False,
 ) -> int:
     """Give your own agent access to the simulation tools: an MCP server on standard input and output.
 

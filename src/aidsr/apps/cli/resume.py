@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated
 
-from cyclopts import Parameter
-
+from aidsr.apps.cli.flag import Flag
 from aidsr.apps.cli.spending import Limits, merged_limits
 
 
@@ -16,7 +14,7 @@ def resume(
     /,
     *,
     limits: Limits | None = None,
-    trust: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    trust: Flag = False,
 ) -> int:
     """Continue a run that was stopped or killed.
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-from cyclopts import Parameter
+from aidsr.apps.cli.flag import Flag
 
 
-def rules(*codes: str, page: Annotated[bool, Parameter(negative="", show_default=False)] = False) -> int:
+def rules(*codes: str, page: Flag = False) -> int:
     """List the rules of the validator, or describe rules in full; in a file or pipe, the description is Markdown.
 
         aidsr rules

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
-from cyclopts import Parameter
+from aidsr.apps.cli.flag import Flag
 
 
 def show(
     run: Path | None = None,
     /,
     *,
-    json: Annotated[bool, Parameter(negative="", show_default=False)] = False,
-    layout: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    json: Flag = False,
+    layout: Flag = False,
 ) -> int:
     """Show the status of a run and the files it holds.
 

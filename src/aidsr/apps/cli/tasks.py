@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-from cyclopts import Parameter
+from aidsr.apps.cli.flag import Flag
 
 
-def tasks(*, page: Annotated[bool, Parameter(negative="", show_default=False)] = False) -> int:
+def tasks(*, page: Flag = False) -> int:
     """List the benchmark tasks.
 
     Each task has an objective, an environment, variations and a measure of success.

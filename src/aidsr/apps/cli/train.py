@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from aidsr.apps.cli.flag import Flag
 from aidsr.core.config import BUDGET_STEPS, Protocol
 
 
@@ -25,16 +26,16 @@ def train(
     first_seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     out: Path | None = None,
     grouping: Literal["auto", "off"] = "auto",
-    from_probe: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    from_probe: Flag = False,
     smoothing: Annotated[float, Parameter(validator=Number(gte=0, lt=1))] = 0.0,
-    randomize: Annotated[bool, Parameter(negative="", show_default=False)] = False,
-    stop_hopeless: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    randomize: Flag = False,
+    stop_hopeless: Flag = False,
     script: str = "own",
     threads: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
-    tensorboard: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    tensorboard: Flag = False,
     evaluate: bool = True,
     videos: bool = True,
-    again: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    again: Flag = False,
 ) -> int:
     """Train a policy for a robot by reinforcement learning, and evaluate it.
 

@@ -7,30 +7,32 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
+from aidsr.apps.cli.flag import Flag
+from aidsr.apps.cli.input_files import require_files
+
 if TYPE_CHECKING:
     from aidsr.apps.cli.checking import Check
     from aidsr.validation.json_report import FileReport
 
 
-_Flag = Annotated[bool, Parameter(negative="", show_default=False)]
 _Codes = Annotated[str, Parameter(show_default=False)]
 _Path = Annotated[Path | None, Parameter(show_default=False)]
 
 
 def validate(
     *files: Annotated[str, Parameter(allow_leading_hyphen=True)],
-    json: _Flag = False,
-    realizable: _Flag = False,
+    json: Flag = False,
+    realizable: Flag = False,
     mount: Literal["auto", "fixed", "free"] = "auto",
-    needs_contact: _Flag = False,
+    needs_contact: Flag = False,
     select: _Codes = "",
     ignore: _Codes = "",
-    fidelity: _Flag = False,
+    fidelity: Flag = False,
     repair: _Path = None,
     report: _Path = None,
-    scope: _Flag = False,
-    force: _Flag = False,
-    schema: _Flag = False,
+    scope: Flag = False,
+    force: Flag = False,
+    schema: Flag = False,
 ) -> int:
     """Find physical faults of robots or scenes, and check whether they are tendon-driven continuum robots.
 
@@ -92,10 +94,7 @@ def validate(
     warm_up()  # the worker process starts during the remaining imports
     from aidsr.apps.cli.checking import Check, refuse_to_overwrite
 
-    unknown = next((file for file in files if file.startswith("--")), None)
-    if unknown or not files:
-        fault = f"unknown option: {unknown}" if unknown else "no file given"
-        raise UserError(f"{fault}; see aidsr validate --help")
+    require_files(files, "validate")
     for option, path in (("--repair", repair), ("--report", report)):
         if path is not None and len(files) > 1:
             raise UserError(f"{option} writes one file, but {len(files)} are given; give one at a time")

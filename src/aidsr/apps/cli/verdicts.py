@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from aidsr.core.artifacts import Fault
-from aidsr.core.formatting import format_number
+from aidsr.core.formatting import counted, format_number
 from aidsr.validation.json_report import FileReport
 
 _REALIZABILITY_BYTES = 1000
@@ -64,7 +64,7 @@ def _format_repairs(report: FileReport, place: Path) -> str:
     repairs = report.repairs
     if repairs is None or not repairs.total:
         return f"nothing to repair; the text was written to {place} unchanged"
-    changes = "1 mechanical repair" if repairs.total == 1 else f"{repairs.total} mechanical repairs"
+    changes = counted(repairs.total, "mechanical repair")
     return "\n".join([f"{changes}, written to {place}:", *(f"- {note}" for note in repairs.notes)])
 
 

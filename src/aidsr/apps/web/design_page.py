@@ -37,7 +37,7 @@ from aidsr.apps.web.widgets import (
 )
 from aidsr.core.artifacts import Critique, Outcome
 from aidsr.core.errors import AidsrError
-from aidsr.core.formatting import format_duration
+from aidsr.core.formatting import counted, format_duration
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.compare import Comparison, attempted, compare
 from aidsr.runs.event_text import DOING
@@ -294,7 +294,7 @@ def _found(page: _Page, facts: tuple[DesignView, str, int]) -> None:
             return
         with box("stack"):
             what = "the scene" if iteration.scene_report.path.exists() else "the robot alone"
-            many = f"{len(report.errors)} {'fault' if len(report.errors) == 1 else 'faults'}"
+            many = counted(len(report.errors), "fault")
             stable = many if report.errors else "stable, with warnings" if report.warnings else "stable, no faults"
             text(f"Validation of {what}: {stable}", tag="h2")
             for fault in (*report.errors, *report.warnings):

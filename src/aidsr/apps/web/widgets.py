@@ -11,7 +11,7 @@ from nicegui.elements.mixins.text_element import TextElement
 
 from aidsr.core.artifacts import Fault
 from aidsr.core.calls import Usage
-from aidsr.core.formatting import format_cost, format_fault, format_tokens_in_thousands
+from aidsr.core.formatting import counted, format_cost, format_fault, format_tokens_in_thousands
 from aidsr.runs.stages import Attempt
 
 Look = Literal["primary", "quiet", "bare", "danger"]
@@ -79,7 +79,7 @@ def badge(state: str, warnings: int = 0) -> None:
     """Show a state; for an approved design also the number of warnings of the validator."""
     words = state.replace("_", " ")
     if state == "approved" and warnings:
-        text(f"{words}, {warnings} {'warning' if warnings == 1 else 'warnings'}", "badge warned")
+        text(f"{words}, {counted(warnings, 'warning')}", "badge warned")
     else:
         text(words, f"badge {state}")
 
