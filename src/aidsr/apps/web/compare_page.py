@@ -19,7 +19,7 @@ from aidsr.apps.web.recorded_episodes import record
 from aidsr.apps.web.run_page import concept_in_words, not_found
 from aidsr.apps.web.scene_panel import show_scene, target_of
 from aidsr.apps.web.site import Site
-from aidsr.apps.web.view3d import SceneView
+from aidsr.apps.web.view3d import Model, SceneView
 from aidsr.apps.web.widgets import box, button, fault_found, text
 from aidsr.core.artifacts import Robot
 from aidsr.core.errors import AidsrError, UserError
@@ -117,17 +117,15 @@ def _view(one: _Compared) -> SceneView | None:
     iteration = one.folder.iteration(one.stands_at)
     scene = iteration.scene.read()
     picture = f"designs/{one.folder.number}/{one.stands_at:02d}/preview.png" if iteration.preview.path.exists() else ""
+    model = Model(
+        scene.mjcf if scene else one.mjcf,
+        environment="" if scene else one.run.brief().environment,
+        groups=one.robot.actuator_groups if one.robot else (),
+        target=target_of(one.run),
+    )
     with box("stack tight"):
         ui.link(one.name, design_address(one.run.name, one.folder.number)).classes("strong")
-        return show_scene(
-            scene.mjcf if scene else one.mjcf,
-            one.name,
-            file_address(one.run.name, picture),
-            groups=one.robot.actuator_groups if one.robot else (),
-            environment="" if scene else one.run.brief().environment,
-            together=True,
-            target=target_of(one.run),
-        )
+        return show_scene(model, one.name, file_address(one.run.name, picture), together=True)
 
 
 def _same_episode(compared: list[_Compared], views: list[SceneView | None]) -> None:

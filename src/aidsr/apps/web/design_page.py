@@ -18,9 +18,9 @@ from aidsr.apps.web.recorded_episodes import Motion, Stage, list_motions
 from aidsr.apps.web.review_panel import Draft, part_names, review_panel
 from aidsr.apps.web.run_page import concept_in_words, not_found
 from aidsr.apps.web.scene_panel import show_scene, target_of
-from aidsr.apps.web.site import DesignView, Site, state_of
+from aidsr.apps.web.site import DesignView, Shown, Site, state_of
 from aidsr.apps.web.training_panel import training_panel
-from aidsr.apps.web.view3d import Episode
+from aidsr.apps.web.view3d import Episode, Model
 from aidsr.apps.web.widgets import (
     badge,
     box,
@@ -64,7 +64,7 @@ class _Page:
     """Number of the selected iteration; 0 for the one that the design currently stands at."""
     stage: Stage
 
-    def read(self) -> tuple[DesignView, str, int]:
+    def read(self) -> tuple[DesignView, Shown, int]:
         """Return the design, the state of its run, and the number of the selected iteration."""
         view = self.site.view(self.run)
         design = view.design(self.folder.number)
@@ -173,17 +173,20 @@ def _scene(page: _Page, seen: tuple[int, bool, bool, tuple[Motion, ...]]) -> Non
     state = attempted(page.folder, number)
     report = (iteration.scene_report if scene else iteration.robot_report).read()
     robot = newest(it.robot.read() for it in page.folder.leading_to(number))
-    page.stage.view = show_scene(
+    model = Model(
         scene.mjcf if scene else state.robot,
+        environment="" if scene else page.run.brief().environment,
+        groups=robot.actuator_groups if robot else (),
+        episodes=tuple(Episode.read(motion.path, motion.name) for motion in motions),
+        before=_before(page, number, whole=scene is not None),
+        target=target_of(page.run),
+    )
+    page.stage.view = show_scene(
+        model,
         f"{page.run.name} design {page.folder.number} iteration {number}",
         _picture(page, number),
         faults=report.errors if report else (),
-        groups=robot.actuator_groups if robot else (),
-        environment="" if scene else page.run.brief().environment,
-        episodes=[Episode.read(motion.path, motion.name) for motion in motions],
         on_pick=Draft(page.run, iteration).pin,
-        before=_before(page, number, whole=scene is not None),
-        target=target_of(page.run),
     )
 
 

@@ -5,46 +5,36 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Sequence
 
-from aidsr.apps.web.view3d import Episode, Pick, SceneView
+from aidsr.apps.web.view3d import Model, Pick, SceneView
 from aidsr.apps.web.view3d.target import TargetSpec
 from aidsr.apps.web.widgets import box, image
-from aidsr.core.artifacts import ActuatorGroup, Fault
+from aidsr.core.artifacts import Fault
 from aidsr.core.errors import UserError
 from aidsr.runs import Run
 from aidsr.tasks import load_task
 
 
 def show_scene(
-    mjcf: str,
+    model: Model,
     title: str,
     picture: str,
     *,
     faults: Sequence[Fault] = (),
-    groups: Sequence[ActuatorGroup] = (),
-    environment: str = "",
-    episodes: Sequence[Episode] = (),
     on_pick: Callable[[str], None] = lambda _name: None,
     together: bool = False,
-    before: str = "",
-    target: TargetSpec = "",
 ) -> SceneView | None:
     """Show a robot or a scene, and return the view; None where there is no MJCF yet.
 
     Args:
-        mjcf: MJCF text; empty while there is none.
+        model: The robot or scene; its MJCF is empty while there is none.
         title: Title of the view.
         picture: Address of a picture, shown while there is no MJCF and by browsers without WebGL; empty where there is
             none.
         faults: Faults whose bodies and tendons are highlighted.
-        groups: Actuators that act together.
-        environment: MJCF of the environment whose physics options apply to a robot shown alone.
-        episodes: Recorded motions to choose from.
         on_pick: Called with the name of the clicked body or tendon; empty when the selection is cleared.
         together: Whether its camera rotates together with the cameras of the other views on the page.
-        before: MJCF of an earlier version, which can be shown as a ghost; empty for none.
-        target: TOML of the goal, or marks of the task, whose target can be shown as a ghost; empty for none.
     """
-    if not mjcf:
+    if not model.mjcf:
         with box("sheet flush"):
             image(picture, title)
         return None
@@ -53,19 +43,7 @@ def show_scene(
         on_pick(pick.name)
 
     with box("sheet flush view"):
-        return SceneView(
-            mjcf,
-            title=title,
-            picture=picture,
-            faults=faults,
-            groups=groups,
-            environment=environment,
-            episodes=episodes,
-            on_pick=picked,
-            together=together,
-            before=before,
-            target=target,
-        )
+        return SceneView(model, title=title, picture=picture, faults=faults, on_pick=picked, together=together)
 
 
 def target_of(run: Run) -> TargetSpec:

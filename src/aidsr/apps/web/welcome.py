@@ -11,7 +11,7 @@ from aidsr.apps.web.frame import ASSETS
 from aidsr.apps.web.launch import DEMO, RunRequest, launch
 from aidsr.apps.web.live import working
 from aidsr.apps.web.site import Site
-from aidsr.apps.web.view3d import Episode, SceneView
+from aidsr.apps.web.view3d import Episode, Model, SceneView
 from aidsr.apps.web.widgets import box, button, text
 from aidsr.core.config import RunConfig
 from aidsr.runs import Run
@@ -58,6 +58,7 @@ def welcome(site: Site) -> None:
         with box("stack tight", "figure"):
             episode = Episode.read(_EPISODE, "a tentacle pushes a button")
             with box("view"):
-                SceneView(episode.mjcf, title="a tentacle that pushes a button", episodes=[episode], controls=False)
+                model = Model(episode.mjcf, episodes=(episode,))
+                SceneView(model, title="a tentacle that pushes a button", controls=False)
             said = "A tentacle designed by the built-in rules pushes a button with a learned policy (0.1× real time)."
             text(said, "small soft", "figcaption")

@@ -13,9 +13,7 @@ from nicegui.events import GenericEventArguments
 
 from aidsr.apps.web.view3d.endpoint import ADDRESS, Views, serve_views
 from aidsr.apps.web.view3d.stream import Episode, Model, SceneStream
-from aidsr.apps.web.view3d.target import TargetSpec
-from aidsr.core.artifacts import ActuatorGroup, Fault
-from aidsr.validation.validator import Mount
+from aidsr.core.artifacts import Fault
 
 _STATIC = Path(__file__).parents[1] / "static" / "view3d"
 
@@ -37,55 +35,33 @@ class SceneView(Element, component=_STATIC / "scene_view.js", esm={"aidsr-view3d
     watches and ends when the page is closed.
 
     Args:
-        mjcf: Robot or scene, as text or as the path of its file.
+        model: The robot or scene, and what can be played or shown with it; each of its groups gets a slider.
         title: Description for screen readers and for file names of saved pictures.
         picture: Address of a still picture, for browsers without WebGL.
         faults: Faults whose bodies and tendons are highlighted.
-        groups: Actuators that act together, as the robot's author defines them; each group gets a slider.
-        episodes: Recorded motions to choose from.
-        mount: Mount of a robot shown alone; see `aidsr.validation.validate`.
-        environment: MJCF of the environment whose physics options apply to a robot shown alone; empty for the robot's
-            own options.
         controls: Whether to show sliders and playback controls.
         together: Whether its camera rotates together with the cameras of the other views on the page.
-        before: MJCF of an earlier version, which can be shown as a ghost; empty for none.
-        target: TOML of the goal, or marks of the task, whose target can be shown as a ghost; empty for none.
         on_pick: Called with the body or tendon that a person clicks.
     """
 
     def __init__(
         self,
-        mjcf: str | Path,
+        model: Model,
         *,
         title: str = "robot",
         picture: str = "",
         faults: Sequence[Fault] = (),
-        groups: Sequence[ActuatorGroup] = (),
-        episodes: Sequence[Episode] = (),
-        mount: Mount = "auto",
-        environment: str = "",
         controls: bool = True,
         together: bool = False,
-        before: str = "",
-        target: TargetSpec = "",
         on_pick: Callable[[Pick], None] | None = None,
     ) -> None:
         super().__init__()
-        model = Model(
-            mjcf,
-            mount=mount,
-            environment=environment,
-            groups=tuple(groups),
-            episodes=tuple(episodes),
-            before=before,
-            target=target,
-        )
         self.stream = SceneStream(model)
         _views().add(self.stream)
         self._props["path"] = f"{ADDRESS}/{self.stream.id}"
         self._props["title"] = title
         self._props["picture"] = picture
-        self._props["episodes"] = [episode.name for episode in episodes]
+        self._props["episodes"] = [episode.name for episode in model.episodes]
         self._props["controls"] = controls
         self._props["together"] = together
         self._picked = on_pick
