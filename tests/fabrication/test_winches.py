@@ -64,3 +64,21 @@ def test_an_actuator_nobody_tested_is_told() -> None:
     faults = list(winch_faults(anatomy, choose_winches(anatomy, demands(anatomy, []), {})))
     assert [fault.code for fault in faults] == ["cable_stroke"]
     assert len(faults[0].names) == len(anatomy.cables)
+
+
+def test_each_winch_fault_says_how_to_cure_it() -> None:
+    anatomy = made("arm").anatomy
+    idle = tuple(cable.model_copy(update={"actuator": ""}) for cable in anatomy.cables)
+    untested = list(winch_faults(anatomy, ()))
+    undriven = list(winch_faults(anatomy.model_copy(update={"cables": idle}), ()))
+    strong = {cable.actuator: Demand(5000.0, 0.1, 0.02) for cable in anatomy.cables}
+    quick = {cable.actuator: Demand(10.0, 5.0, 0.02) for cable in anatomy.cables}
+    overloaded = [
+        fault for asked in (strong, quick) for fault in winch_faults(anatomy, choose_winches(anatomy, asked, {}))
+    ]
+    cures = {(fault.code, fault.measured is None): fault.cure for fault in (*untested, *undriven, *overloaded)}
+    assert "errors" in cures["cable_stroke", True]
+    assert "actuator" in cures["cable_idle", True]
+    assert "shorten their stroke" in cures["cable_stroke", False]
+    assert "damping" in cures["actuator_speed", False]
+    assert len(set(cures.values())) == len(cures) == 5

@@ -171,48 +171,66 @@ def winch_faults(anatomy: Anatomy, winches: tuple[Winch, ...]) -> Iterator[Fault
     none = [winch for winch in winches if winch.fit is None]
     if none:
         worst = max(none, key=lambda winch: winch.demand.tension_n)
-        message = f"no motor of the catalogue holds {worst.demand.at_winch_n:.3g} N over this stroke, sheath included"
-        yield _fault("cable_stroke", "error", [names[w.cable] for w in none], worst.demand.stroke_m, None, "m", message)
+        yield Fault(
+            code="cable_stroke",
+            layer="realizability",
+            severity="error",
+            names=tuple(names[winch.cable] for winch in none),
+            measured=worst.demand.stroke_m,
+            unit="m",
+            message=f"no motor of the catalogue holds {worst.demand.at_winch_n:.3g} N over this stroke, sheath "
+            "included",
+            cure="Lower the tension, or bring the tendons nearer to the backbone to shorten their stroke.",
+        )
     slow = [winch for winch in winches if winch.fit is not None and not winch.fast_enough]
     if slow:
         worst = min(slow, key=lambda winch: (winch.fit.speed_m_s if winch.fit else 0) / winch.demand.speed_m_s)
-        reached = worst.fit.speed_m_s if worst.fit else 0.0
-        message = "was reeled faster in simulation than the fastest motor that holds it can"
-        yield _fault(
-            "actuator_speed", "warning", [names[w.cable] for w in slow], worst.demand.speed_m_s, reached, "m/s", message
+        yield Fault(
+            code="actuator_speed",
+            layer="realizability",
+            severity="warning",
+            names=tuple(names[winch.cable] for winch in slow),
+            measured=worst.demand.speed_m_s,
+            limit=worst.fit.speed_m_s if worst.fit else 0.0,
+            unit="m/s",
+            message="was reeled faster in simulation than the fastest motor that holds it can",
+            cure='Lower the force, give the actuators a time constant (dyntype="filterexact" dynprm="0.05"), or the '
+            "joints more damping.",
         )
     weak = [winch for winch in winches if winch.line is None]
     if weak:
         worst = max(weak, key=lambda winch: winch.demand.tension_n)
-        message = "no line of the table holds this four times over"
-        yield _fault(
-            "cable_strength", "error", [names[w.cable] for w in weak], worst.demand.tension_n, None, "N", message
+        yield Fault(
+            code="cable_strength",
+            layer="realizability",
+            severity="error",
+            names=tuple(names[winch.cable] for winch in weak),
+            measured=worst.demand.tension_n,
+            unit="N",
+            message="no line of the table holds this four times over",
+            cure="Lower the tension: lower forcerange or ctrlrange, soften the backbone, or move the tendons away "
+            "from it.",
         )
     untested = tuple(c.actuator for c in anatomy.cables if c.actuator and c.actuator not in names.values())
     if untested:
-        message = "was not driven by the validator, so that nothing says which motor it needs"
-        yield _fault("cable_stroke", "error", untested, None, None, "", message)
+        yield Fault(
+            code="cable_stroke",
+            layer="realizability",
+            severity="error",
+            names=untested,
+            message="was not driven by the validator, so that nothing says which motor it needs",
+            cure="Correct the errors that the validator reports: it records tensions only of a robot without errors.",
+        )
     idle = tuple(cable.tendon for cable in anatomy.cables if not cable.actuator and not cable.wraps)
     if idle:
-        yield _fault(
-            "cable_idle", "warning", idle, None, None, "", "is driven by nothing; its duct is printed, no cable is cut"
+        yield Fault(
+            code="cable_idle",
+            layer="realizability",
+            severity="warning",
+            names=idle,
+            message="is driven by nothing; its duct is printed, no cable is cut",
+            cure="Give the tendon an actuator, or remove the tendon.",
         )
-
-
-def _fault(
-    code: str, severity: str, names: Iterable[str], measured: float | None, limit: float | None, unit: str, message: str
-) -> Fault:
-    return Fault(
-        code=code,
-        layer="realizability",
-        severity="error" if severity == "error" else "warning",
-        names=tuple(names),
-        measured=measured,
-        limit=limit,
-        unit=unit,
-        message=message,
-        cure="Lower the tension, or bring the tendons nearer to the backbone to shorten their stroke.",
-    )
 
 
 def _up_to(length_mm: float, step_mm: float) -> float:
