@@ -26,6 +26,8 @@ _NEAR_MM = 5.0
 _CROWDED_MM3 = 1.0
 """Largest overlap of two pieces. Our choice: trimming a print with a knife removes more."""
 
+_CURE = "Move the routing sites away from other parts, or nearer to the part they belong to."
+
 _MIDDLE = (0.2, 0.8)
 """Range of a duct, as shares of its length, in which its wall is measured; mouths widen at its ends."""
 
@@ -80,13 +82,30 @@ def duct_faults(anatomy: Anatomy, found: tuple[Passage, ...]) -> Iterator[Fault]
     """Yield faults for cables that are blocked by plastic, or whose wall is incomplete."""
     blocked = [one for one in found if one.blocked > _FREE_SHARE]
     if blocked:
-        yield _fault(
-            anatomy, blocked, max(100 * one.blocked for one in blocked), 100 * _FREE_SHARE, "runs through plastic"
+        yield Fault(
+            code="tendon_through_body",
+            layer="realizability",
+            severity="error",
+            names=_sections(anatomy, blocked),
+            measured=max(100 * one.blocked for one in blocked),
+            limit=100 * _FREE_SHARE,
+            unit="%",
+            message="runs through plastic",
+            cure=_CURE,
         )
     bare = [one for one in found if one.held < _HELD_SHARE]
     if bare:
-        worst = min(100 * one.held for one in bare)
-        yield _fault(anatomy, bare, worst, 100 * _HELD_SHARE, "has no wall all around it in some part")
+        yield Fault(
+            code="duct_open",
+            layer="realizability",
+            severity="warning",
+            names=_sections(anatomy, bare),
+            measured=min(100 * one.held for one in bare),
+            limit=100 * _HELD_SHARE,
+            unit="%",
+            message="has no wall all around it in some part",
+            cure=_CURE,
+        )
 
 
 def overlap_faults(pieces: tuple[Piece, ...]) -> Iterator[Fault]:
@@ -107,23 +126,14 @@ def overlap_faults(pieces: tuple[Piece, ...]) -> Iterator[Fault]:
         )
 
 
-def _fault(anatomy: Anatomy, found: list[Passage], measured: float, limit: float, message: str) -> Fault:
-    names = dict.fromkeys(
+def _sections(anatomy: Anatomy, found: list[Passage]) -> tuple[str, ...]:
+    """Return the tendon and the parts of each passage in words, without duplicates."""
+    names = (
         f"{anatomy.cables[one.cable].tendon} {'in' if len(one.parts) == 1 else 'between'} "
         + " and ".join(anatomy.parts[part].name for part in one.parts)
         for one in found
     )
-    return Fault(
-        code="tendon_through_body" if "plastic" in message else "duct_open",
-        layer="realizability",
-        severity="error" if "plastic" in message else "warning",
-        names=tuple(names),
-        measured=measured,
-        limit=limit,
-        unit="%",
-        message=message,
-        cure="Move the routing sites away from other parts, or nearer to the part they belong to.",
-    )
+    return tuple(dict.fromkeys(names))
 
 
 def _around(whole: Manifold, ducts: list[Duct]) -> Manifold:
