@@ -5,8 +5,10 @@ import math
 from pathlib import Path
 
 import pytest
+from exported import made
 from fingers import finger
 
+from aidsr.fabrication.bill_of_materials import bill
 from aidsr.fabrication.build import build_robot
 from aidsr.fabrication.package import write_package
 from aidsr.fabrication.printers import printer_named
@@ -26,3 +28,23 @@ def test_rods_weigh_in_the_robot_and_are_not_printed(tmp_path: Path) -> None:
     assert sum(part["mass_g"] * part["copies"] for part in listed) == pytest.approx(1000 * plastic_kg, rel=0.005)
     (printed,) = [item for item in json.loads((tmp_path / "bill.json").read_text()) if "to print" in item["what"]]
     assert printed["cost_usd"] == pytest.approx(plastic_kg * made.material.cost_usd_kg, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("base", "screws"),
+    [("base", [("4", "foot")]), ("free", [])],
+)
+def test_a_robot_without_winches_needs_screws_only_for_its_foot(base: str, screws: list[tuple[str, str]]) -> None:
+    mjcf = finger(actuators="")
+    if base == "free":
+        mjcf = mjcf.replace('<body name="base">', '<body name="base"><freejoint/>')
+    items = bill(build_robot(mjcf, [], printer_named("sla")))
+    assert [(item.amount, item.used_for) for item in items if item.what.startswith("screw")] == screws
+    assert not [item for item in items if item.amount == "0"]
+
+
+def test_screws_and_sleeves_are_counted_for_each_winch() -> None:
+    amounts = {item.what: (item.amount, item.used_for) for item in bill(made("arm"))}
+    winches = len(made("arm").winches)
+    assert amounts["crimp sleeve or bead, 2 mm"] == (str(winches), "tied ends")
+    assert amounts["screw M4 x 12"] == (str(4 * winches + 4), "stations, foot")

@@ -45,6 +45,14 @@ def test_moving_mass_is_that_of_the_simulation(robot: str, material: str) -> Non
     assert built == pytest.approx(simulated, rel=0.15)
 
 
+@pytest.mark.parametrize(
+    ("printer", "infills"), [("fdm", {"station": 0.15, "spool": 1.0}), ("sla", {"station": 1.0, "spool": 1.0})]
+)
+def test_stations_are_filled_least_and_spools_fully(printer: str, infills: dict[str, float]) -> None:
+    bench = [part for part in made("arm", None, printer).parts if part.what != "robot"]
+    assert {part.what: part.weight.infill for part in bench} == infills
+
+
 @pytest.mark.parametrize(("robot", "material"), KINDS)
 def test_every_cable_runs_inside_its_duct(robot: str, material: str) -> None:
     robot_made = made(robot, material)

@@ -7,6 +7,7 @@ from collections import defaultdict
 
 from aidsr.core.artifacts import Artifact
 from aidsr.fabrication.build import RobotBuild
+from aidsr.fabrication.shape_parts import FLANGE_SCREWS
 from aidsr.fabrication.winches import SHEATH_MM
 
 
@@ -91,12 +92,17 @@ def _lines(build: RobotBuild) -> list[Item]:
 
 
 def _small(build: RobotBuild) -> list[Item]:
-    count = len(build.winches)
-    items = [Item(what="crimp sleeve or bead, 2 mm", amount=str(count), used_for="tied ends", cost_usd=0.1 * count)]
-    if count:
-        screws = 4 * count + (4 if build.shaping.flange_mm else 0)
-        items.append(Item(what="screw M4 x 12", amount=str(screws), used_for="stations, foot", cost_usd=0.1 * screws))
-    return items
+    ends = len(build.winches)
+    screws = {"stations": 4 * len(build.winches), "foot": FLANGE_SCREWS if build.shaping.flange_mm else 0}
+    used_for = ", ".join(place for place, count in screws.items() if count)
+    return [
+        Item(what=what, amount=str(count), used_for=places, cost_usd=0.1 * count)
+        for what, count, places in (
+            ("crimp sleeve or bead, 2 mm", ends, "tied ends"),
+            ("screw M4 x 12", sum(screws.values()), used_for),
+        )
+        if count
+    ]
 
 
 def _plastic(build: RobotBuild) -> list[Item]:

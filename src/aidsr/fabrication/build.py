@@ -19,13 +19,13 @@ from aidsr.fabrication.hinges import Hinges, design_hinges
 from aidsr.fabrication.inspect_parts import Passage, duct_faults, overlap_faults, passages
 from aidsr.fabrication.materials import Line, Material, lines, material_for, sheath_for
 from aidsr.fabrication.printers import Printer
-from aidsr.fabrication.routing import SOCKET_MM, Bore, bore_for, routing_faults
+from aidsr.fabrication.routing import SHEATH_SEAT_MM, Bore, bore_for, routing_faults
 from aidsr.fabrication.shape_parts import Shaping, shape
 from aidsr.fabrication.skeleton import Skeleton
 from aidsr.fabrication.solids import Triangles
 from aidsr.fabrication.stations import Drum, seat_of, spool, station
 from aidsr.fabrication.unsupported import unsupported_faults
-from aidsr.fabrication.weight import Weight, weigh
+from aidsr.fabrication.weight import LEAST_INFILL, Weight, weigh
 from aidsr.fabrication.winches import Demand, Winch, choose_winches, demands, winch_faults
 
 
@@ -139,7 +139,7 @@ def _build(
 ) -> RobotBuild:
     shaping = shape(anatomy, skeleton, hinges, bores, material, printer)
     entries = {
-        duct.cable: max(0.0, float(np.linalg.norm(duct.seat - duct.path[0])) - SOCKET_MM)
+        duct.cable: max(0.0, float(np.linalg.norm(duct.seat - duct.path[0])) - SHEATH_SEAT_MM)
         for duct in shaping.ducts
         if duct.sheathed
     }
@@ -203,13 +203,13 @@ def _bench_parts(
         seat = seat_of(fit.motor)
         label = f"{motor.split()[-1] if seat.box_mm else motor.split(',')[0].replace(':', '-')}_{drum.reach_mm:g}mm"
         names = tuple(anatomy.cables[winch.cable].actuator for winch in group)
-        build: tuple[tuple[str, Manifold], ...] = (
-            ("station", station(seat, drum, group[0].sheath, printer)),
-            ("spool", spool(seat, drum, printer)),
+        build: tuple[tuple[str, Manifold, float], ...] = (
+            ("station", station(seat, drum, group[0].sheath, printer), LEAST_INFILL),
+            ("spool", spool(seat, drum, printer), 1.0),
         )
-        for what, solid in build:
+        for what, solid, infill in build:
             lying, _ = to_print(solid, up, printer)
-            mass = weigh(solid, 0.0 if what == "station" else 1.0, 0.0, stiff, printer)
+            mass = weigh(solid, 0.0, 0.0, stiff, printer, infill=infill)
             parts.append(
                 PrintedPart(_file_name(f"{what}_{label}_x{len(group)}"), what, stiff, names, lying, None, mass)
             )

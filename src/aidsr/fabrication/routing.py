@@ -22,8 +22,8 @@ _FILLET_MM = 0.6
 _WALL_MM = 1.0
 """Wall thickness around a cable's hole. Our choice: more than the thinnest wall, as lines cut into plastic."""
 
-SOCKET_MM = 5.0
-"""Depth of the seat of a sheath. Our choice: two and a half times its diameter."""
+SHEATH_SEAT_MM = 5.0
+"""Depth of the seat of a sheath in the robot. Our choice: two and a half times its diameter."""
 
 _KNOT_MM = (2.4, 3.0)
 """Smallest diameter and smallest depth of the seat of a knot or a crimped sleeve. Our choice: a 2 mm sleeve."""
@@ -76,7 +76,7 @@ class Duct:
         end: End of the wall around the duct (3,).
         sheathed: Whether the sheath ends in this part, at `seat`.
         ends: Whether the cable is tied in this part.
-        seat: Mouth of the sheath's seat, into which the sheath is pushed `SOCKET_MM` deep (3,).
+        seat: Mouth of the sheath's seat, into which the sheath is pushed `SHEATH_SEAT_MM` deep (3,).
         open_mm: Length by which the seat of the knot is cut beyond the duct's end, so that it is accessible.
     """
 
@@ -100,7 +100,7 @@ class Duct:
     def narrow(self) -> tuple[Vector, Vector]:
         """Ends of the narrow portion of the duct, between the seats of sheath and knot."""
         along = self.direction
-        begin = self.seat + SOCKET_MM * along if self.sheathed else self.begin
+        begin = self.seat + SHEATH_SEAT_MM * along if self.sheathed else self.begin
         return begin, self.end - _KNOT_MM[1] * self.ends * along
 
     def drills(self, bore: Bore) -> Iterator[Manifold]:
@@ -111,7 +111,7 @@ class Duct:
             step = unit(other - one)
             yield rounded(one - 0.3 * step, other + 0.3 * step, bore.radius_mm)
         if self.sheathed:
-            yield rounded(self.seat - 2 * bore.sheath_mm * along, self.seat + SOCKET_MM * along, bore.sheath_mm)
+            yield rounded(self.seat - 2 * bore.sheath_mm * along, self.seat + SHEATH_SEAT_MM * along, bore.sheath_mm)
         else:
             yield bell_mouth(self.begin, -along, bore.radius_mm, _FILLET_MM)
         if self.ends:
@@ -219,12 +219,12 @@ def _entry(body: Manifold, guide: Vector, backward: Vector) -> tuple[Vector, Vec
     hits = first_hits(body, guide, backward, _REACH_MM)
     inside = len(hits) % 2 == 1
     if not inside and (not hits or hits[0] > _LONGEST_ENTRY_MM):
-        seat = guide + (SOCKET_MM + _SHORT_DUCT_MM) * backward
+        seat = guide + (SHEATH_SEAT_MM + _SHORT_DUCT_MM) * backward
         return seat, seat
     entered = 0.0 if inside else hits[0]
     crossings = hits if inside else hits[1:]
     exits = crossings[0]
-    if exits - entered < SOCKET_MM + _SHORT_DUCT_MM:  # a thin plate alone holds no sheath
-        exits = max(exits, SOCKET_MM + _SHORT_DUCT_MM)
+    if exits - entered < SHEATH_SEAT_MM + _SHORT_DUCT_MM:  # a thin plate alone holds no sheath
+        exits = max(exits, SHEATH_SEAT_MM + _SHORT_DUCT_MM)
         return guide + exits * backward, guide + exits * backward
     return guide + (entered + 1.0) * backward, guide + exits * backward

@@ -15,7 +15,7 @@ from aidsr.fabrication.materials import Material
 from aidsr.fabrication.printers import Printer
 from aidsr.fabrication.routing import Bore, Duct, ducts_of
 from aidsr.fabrication.skeleton import Gap, Skeleton
-from aidsr.fabrication.solids import frame_along, placed, rounded, solid_of, union
+from aidsr.fabrication.solids import M4_HOLE_MM, frame_along, placed, rounded, solid_of, union
 
 _UP = np.array([0.0, 0.0, 1.0])
 _BEYOND_MM = 1.0
@@ -26,8 +26,9 @@ _FLANGE_MM = (10.0, 4.0)
 """Radius of the flange minus that of the robot's foot, and thickness of the flange. Our choice: room for M4 screws and
 washers."""
 
-_SCREW_MM = 4.5
-_SCREWS = 4
+FLANGE_SCREWS = 4
+"""Number of screws of the flange."""
+
 _EMBEDDED_MM = 10.0
 """Depth to which rods are glued into the parts at their ends. Our choice: five to ten rod diameters."""
 
@@ -160,9 +161,9 @@ def _with_flange(solid: Manifold, body: Manifold, skeleton: Skeleton, part: int)
     turn, middle, radius = min(feet, key=lambda foot: round(foot[2], 3))
     wider, thick = _FLANGE_MM
     flange = rounded(middle, middle + thick * _UP, radius + wider)
-    for angle in np.arange(_SCREWS) * 2 * np.pi / _SCREWS + np.pi / _SCREWS:
+    for angle in np.arange(FLANGE_SCREWS) * 2 * np.pi / FLANGE_SCREWS + np.pi / FLANGE_SCREWS:
         at = middle + (radius + wider / 2) * np.array([np.cos(angle), np.sin(angle), 0.0])
-        flange -= rounded(at - _UP, at + (thick + 1) * _UP, _SCREW_MM / 2)
+        flange -= rounded(at - _UP, at + (thick + 1) * _UP, M4_HOLE_MM / 2)
     return solid + placed(flange, np.zeros(3), turn), radius + wider
 
 

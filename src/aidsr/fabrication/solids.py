@@ -14,6 +14,9 @@ from aidsr.fabrication.skeleton import unit
 _CHORD_ERROR_MM = 0.03
 """Largest distance between a circle and the sides of its polygon. Our choice: below what printers resolve."""
 
+M4_HOLE_MM = 4.5
+"""Diameter of the holes for M4 screws. Source: ISO 273, medium fit."""
+
 _OVERSHOOT_MM = 0.2
 """Distance by which a cutting solid extends beyond the face it cuts, so that no skin of zero thickness is left."""
 

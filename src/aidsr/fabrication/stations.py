@@ -19,7 +19,7 @@ from aidsr.core.artifacts import Artifact
 from aidsr.core.motors import MOST_TURNS, Motor
 from aidsr.fabrication.materials import Sheath
 from aidsr.fabrication.printers import Printer
-from aidsr.fabrication.solids import rounded, union
+from aidsr.fabrication.solids import M4_HOLE_MM, rounded, union
 
 SPARE_TURNS = 1.5
 """Turns of cable that stay on a spool. Our choice: they keep the load off the knot."""
@@ -36,7 +36,9 @@ _HORN_MM = 12.5
 """Radius of the plate on the spool that is screwed to a servo's horn. Source: horns of these servos are 20 to 25 mm
 wide."""
 
-_M3_MM, _M4_MM = 3.4, 4.5
+_M3_MM = 3.4
+"""Diameter of the holes for M3 screws."""
+
 _SLOT_MM, _SLOT_END_MM = 1.3, 8.0
 """Half width of the slots for a horn's screws, and distance of the screws of the widest horns from the shaft."""
 
@@ -47,7 +49,9 @@ _OVER_STRAP_MM = 1.2
 _SPOOL_WALL_MM = 0.8
 """Smallest wall between the surface of a drum or a rim and the screws' slots in it."""
 
-_SOCKET_MM = 6.0
+_STOP_SEAT_MM = 6.0
+"""Depth of the seat of a sheath in the stop of a station."""
+
 _X, _Y, _Z = np.eye(3)
 
 
@@ -81,7 +85,7 @@ class Drum:
     @property
     def free_run_mm(self) -> float:
         """Length of line between the spool and the end of the sheath."""
-        return self.rim_mm + _STOP_WIDTHS * self.width_mm - _SOCKET_MM
+        return self.rim_mm + _STOP_WIDTHS * self.width_mm - _STOP_SEAT_MM
 
 
 class Face(Artifact):
@@ -183,7 +187,7 @@ def station(seat: Seat, drum: Drum, sheath: Sheath, printer: Printer) -> Manifol
     length, depth = (seat.box_mm[0], seat.box_mm[2]) if seat.box_mm else (seat.diameter_mm + 6.0, 20.0)
     strap_room = _STRAP_MM[0] + _OVER_STRAP_MM if seat.box_mm else 0.0
     axle = _PLATE_MM + max(seat.shaft_height_mm + strap_room, drum.rim_mm + 2.0)
-    before = drum.free_run_mm + _SOCKET_MM
+    before = drum.free_run_mm + _STOP_SEAT_MM
     drum_y = depth + _WALL_MM + 6.0 + drum.width_mm / 2
     end, wide = length / 2 + 2 * _WALL_MM, drum_y + drum.width_mm
     plate = Manifold.cube((end + before + _WALL_MM, wide, _PLATE_MM)).translate((-end, 0, 0))
@@ -191,7 +195,7 @@ def station(seat: Seat, drum: Drum, sheath: Sheath, printer: Printer) -> Manifol
     cuts = [_stop_hole(before, drum_y, axle - drum.reach_mm, sheath, printer)]
     for x in (-end + _WALL_MM, before - _WALL_MM):
         for y in (5.0, wide - 5.0):
-            cuts.append(rounded(x * _X + y * _Y - _Z, x * _X + y * _Y + (_PLATE_MM + 1) * _Z, _M4_MM / 2))
+            cuts.append(rounded(x * _X + y * _Y - _Z, x * _X + y * _Y + (_PLATE_MM + 1) * _Z, M4_HOLE_MM / 2))
     if seat.box_mm:
         floor = axle - seat.shaft_height_mm
         high = floor + 0.6 * seat.box_mm[1]
@@ -220,7 +224,7 @@ def _stop(x: float, y: float, z: float) -> Manifold:
 def _stop_hole(x: float, y: float, z: float, sheath: Sheath, printer: Printer) -> Manifold:
     """Return a narrow hole for the line and, on the side away from the spool, a seat for the sheath."""
     through = rounded(np.array([x - 30, y, z]), np.array([x + 9, y, z]), max(printer.hole_mm, sheath.inner_mm) / 2)
-    seat = rounded(np.array([x - _SOCKET_MM, y, z]), np.array([x + 9, y, z]), (sheath.outer_mm + printer.fit_mm) / 2)
+    seat = rounded(np.array([x - _STOP_SEAT_MM, y, z]), np.array([x + 9, y, z]), (sheath.outer_mm + printer.fit_mm) / 2)
     return through + seat
 
 

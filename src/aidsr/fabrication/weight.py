@@ -9,7 +9,7 @@ from manifold3d import Manifold
 from aidsr.fabrication.materials import Material
 from aidsr.fabrication.printers import Printer
 
-_LEAST_INFILL, _STEP = 0.15, 0.05
+LEAST_INFILL, _STEP = 0.15, 0.05
 """Smallest infill, and step between infills. Our choice: below 15 % the top layers sag; slicers are set in steps of
 5 %."""
 
@@ -21,7 +21,7 @@ class Weight:
     Attributes:
         infill: Share of the inside that is filled.
         printed_kg: Mass of its plastic at this infill.
-        simulated_kg: Mass of its bodies in simulation.
+        simulated_kg: Mass of its bodies in simulation; 0 for a part that is not simulated.
         extra_kg: Mass of the items put into it.
     """
 
@@ -55,8 +55,10 @@ def weigh(
     material: Material,
     printer: Printer,
     necks: Manifold | None = None,
+    *,
+    infill: float | None = None,
 ) -> Weight:
-    """Return the infill with which a piece is closest to the simulated mass, and the resulting masses.
+    """Return the infill with which a piece is closest to the simulated mass, or a given infill, and its masses.
 
     Args:
         piece: Solid of the piece.
@@ -65,9 +67,13 @@ def weigh(
         material: Material of the piece.
         printer: Printer; its shell thickness is always solid.
         necks: Portion that must be solid because it bends.
+        infill: Infill of a part whose mass does not matter; None finds the one with the simulated mass. A printer of
+            solid parts fills everything.
     """
-    count = round((1 - _LEAST_INFILL) / _STEP) + 1
-    steps = [_LEAST_INFILL + _STEP * number for number in range(count)] if printer.shell_mm else [1.0]
+    count = round((1 - LEAST_INFILL) / _STEP) + 1
+    steps = [LEAST_INFILL + _STEP * number for number in range(count)] if infill is None else [infill]
+    if not printer.shell_mm:
+        steps = [1.0]
     masses = {infill: printed_kg(piece, infill, material, printer, necks) for infill in steps}
     best = min(masses, key=lambda infill: abs(masses[infill] + extra_kg - simulated_kg))
     return Weight(round(best, 2), masses[best], simulated_kg, extra_kg)
