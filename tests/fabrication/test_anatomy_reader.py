@@ -44,6 +44,7 @@ def test_limits_count_from_the_drawn_pose(joint: str, limits: tuple[float, float
 
 TWICE = "".join(WINCH.format(name=name, tendon="flex") for name in ("strong", "weak"))
 LOOP = '<equality><connect name="tie" body1="link_1" body2="link_3" anchor="0 0 0" active="{}"/></equality>'
+WELD = '<equality><weld name="tie" body1="link_1" body2="link_3" {}/></equality>'
 COUPLED = '<equality><joint name="same" joint1="bend_1" joint2="bend_2" active="{}"/></equality>'
 
 
@@ -56,6 +57,11 @@ COUPLED = '<equality><joint name="same" joint1="bend_1" joint2="bend_2" active="
         (finger(extra=COUPLED.format("false")), set()),
         (finger(extra=LOOP.format("true")), {("loop_open", "tie")}),
         (finger(extra=LOOP.format("false")), set()),
+        (finger(extra=WELD.format("")), set()),
+        (finger(extra=WELD.format('relpose="0 0 0.04 1 0 0 0"')), set()),
+        (finger(extra=WELD.format('anchor="0 0 -0.04" relpose="0 0 0 1 0 0 0"')), set()),
+        (finger(extra=WELD.format('relpose="0 0 0.03 1 0 0 0"')), {("loop_open", "tie")}),
+        (finger(extra=WELD.format('relpose="0 0 0.04 0.98 0 0.2 0"')), {("loop_open", "tie")}),
         (finger().replace('name="link_1"', 'name="link_1" gravcomp="1"'), {("weight_lifted", "link_1")}),
         (finger().replace('name="base"', 'name="base" gravcomp="1"'), set()),
     ],
@@ -64,6 +70,15 @@ def test_what_nobody_builds_is_told(mjcf: str, told: set[tuple[str, str]]) -> No
     faults = build_robot(mjcf, [], printer_named("fdm")).faults
     codes = ("cable_shared", "joints_coupled", "weight_lifted", "loop_open")
     assert {(fault.code, name) for fault in faults if fault.code in codes for name in fault.names} == told
+
+
+def test_a_weld_in_another_pose_than_the_drawn_one_keeps_two_parts() -> None:
+    welded, bent = (finger(extra=WELD.format(relpose)) for relpose in ("", 'relpose="0 0 0.04 0.98 0 0.2 0"'))
+    assert len(read_anatomy(welded).parts) == 3
+    assert len(read_anatomy(bent).parts) == 4
+    (fault,) = (fault for fault in build_robot(bent, [], printer_named("fdm")).faults if fault.code == "loop_open")
+    assert "relative pose" in fault.message
+    assert "relpose" in fault.cure
 
 
 CROSS = """<body name="cross" pos="0 0 0.02"><inertial pos="0 0 0" mass="0.001" diaginertia="1e-7 1e-7 1e-7"/>

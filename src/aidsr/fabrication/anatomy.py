@@ -108,7 +108,9 @@ class Anatomy(Artifact):
     other_actuators: tuple[str, ...] = ()
     """Actuators that pull on no tendon."""
     open_loops: tuple[str, ...] = ()
-    """Active weld and connect constraints that do not simply merge two bodies into one rigid part."""
+    """Active connect constraints, and active welds other than of two of the robot's bodies."""
+    displaced_welds: tuple[str, ...] = ()
+    """Active welds of two of the robot's bodies in another relative pose than their initial one."""
     shared_cables: tuple[str, ...] = ()
     """Tendons that more than one actuator pulls on."""
     couplings: tuple[str, ...] = ()

@@ -23,6 +23,10 @@ _FREE, _SLIDE = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_SLIDE
 _BALL = int(mujoco.mjtJoint.mjJNT_BALL)
 _TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
 _WELD = int(mujoco.mjtEq.mjEQ_WELD)
+_WELD_APART_MM, _WELD_TURN_RAD = 0.1, 0.01
+"""Largest distance and angle between the initial and the welded pose of two bodies that are printed as one part.
+Our choice: less than what printers resolve, and more than the rounding of numbers in a file."""
+
 _LOOPS = (_WELD, int(mujoco.mjtEq.mjEQ_CONNECT))
 _MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
 _KINDS = {
@@ -60,16 +64,17 @@ class _Reader:
         pulling = {int(model.actuator_trnid[a, 0]): a for a in range(model.nactuator) if self._pulls(a)}
         pulled = Counter(int(model.actuator_trnid[a, 0]) for a in range(model.nactuator) if self._pulls(a))
         loops = [
-            name_of(model, _OBJ.mjOBJ_EQUALITY, index)
+            index
             for index in range(model.neq)
-            if model.eq_active0[index] and int(model.eq_type[index]) in _LOOPS and not self._is_rigid_loop(index)
+            if model.eq_active0[index] and int(model.eq_type[index]) in _LOOPS and not self._is_rigid_weld(index)
         ]
         return Anatomy(
             parts=tuple(self._part(root) for root in self.number),
             joints=tuple(self._joint(body) for body in range(1, model.nbody) if self._bends(body)),
             cables=tuple(self._cable(tendon, pulling.get(tendon)) for tendon in range(model.ntendon)),
             other_actuators=tuple(self._name("ACTUATOR", a) for a in range(model.nactuator) if not self._pulls(a)),
-            open_loops=tuple(loops),
+            open_loops=tuple(self._name("EQUALITY", index) for index in loops if not self._is_weld_of_bodies(index)),
+            displaced_welds=tuple(self._name("EQUALITY", index) for index in loops if self._is_weld_of_bodies(index)),
             shared_cables=tuple(self._name("TENDON", tendon) for tendon, count in pulled.items() if count > 1),
             couplings=tuple(
                 name_of(model, _OBJ.mjOBJ_EQUALITY, index)
@@ -91,22 +96,44 @@ class _Reader:
             if model.body_jntnum[body] == 0 and model.body_parentid[body] != 0:
                 owner[body] = owner[model.body_parentid[body]]
         for index in range(model.neq):
-            if self._is_rigid_loop(index):
+            if self._is_rigid_weld(index):
                 one, other = sorted(owner[[model.eq_obj1id[index], model.eq_obj2id[index]]])
                 owner[owner == other] = one
         return owner
 
-    def _is_rigid_loop(self, index: int) -> bool:
-        """Whether an equality constraint is an active weld of two of the robot's bodies, which makes them one part."""
+    def _is_rigid_weld(self, index: int) -> bool:
+        """Whether an equality constraint makes two of the robot's bodies one part.
+
+        It does if it is an active weld that holds them in their initial relative pose.
+        """
+        return self._is_weld_of_bodies(index) and self._holds_initial_pose(index)
+
+    def _is_weld_of_bodies(self, index: int) -> bool:
+        """Whether an equality constraint is an active weld of two of the robot's bodies."""
         model = self.model
-        bodies = int(mujoco.mjtObj.mjOBJ_BODY)
         return bool(
             model.eq_active0[index]
             and int(model.eq_type[index]) == _WELD
-            and int(model.eq_objtype[index]) == bodies
+            and int(model.eq_objtype[index]) == int(_OBJ.mjOBJ_BODY)
             and model.eq_obj1id[index]
             and model.eq_obj2id[index]
         )
+
+    def _holds_initial_pose(self, index: int) -> bool:
+        """Whether the relative pose of a weld of two bodies is their initial one, within printing tolerances.
+
+        Source: MuJoCo, `mjModel.eq_data` of a weld: the anchor in the second body's frame, its place in the first
+        body's frame, and the orientation of the second body relative to the first.
+        """
+        data, bodies = self.data, (self.model.eq_obj1id[index], self.model.eq_obj2id[index])
+        anchor, place, relative = np.split(self.model.eq_data[index][:10], (3, 6))
+        (at, turn), (other_at, other_turn) = ((data.xpos[body], data.xmat[body].reshape(3, 3)) for body in bodies)
+        apart_m = np.linalg.norm(at + turn @ place - other_at - other_turn @ anchor)
+        welded = np.empty(9)
+        mujoco.mju_quat2Mat(welded, relative / np.linalg.norm(relative))
+        difference = (turn @ welded.reshape(3, 3)).T @ other_turn
+        angle_rad = math.acos(np.clip((np.trace(difference) - 1) / 2, -1.0, 1.0))
+        return bool(1000 * apart_m <= _WELD_APART_MM and angle_rad <= _WELD_TURN_RAD)
 
     def _refuse_what_has_no_shape(self) -> None:
         """Refuse bodies without shapes, except those that only add a joint to their single child body.

@@ -84,10 +84,6 @@ class RobotBuild:
             *_piece_faults(self),
             *overlap_faults(self.shaping.pieces),
         ]
-        if self.anatomy.open_loops:
-            message = "ties parts together by a constraint that no rigid part stands for"
-            names = self.anatomy.open_loops
-            found.append(Fault(code="loop_open", layer="realizability", severity="error", names=names, message=message))
         return tuple(sorted(found, key=lambda fault: fault.severity != "error"))
 
 

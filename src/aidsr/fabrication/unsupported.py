@@ -1,4 +1,4 @@
-"""Check for what cannot be built: a cable with several actuators, coupled joints, gravity compensation."""
+"""Check for what cannot be built: a cable with several actuators, coupled joints, gravity compensation, open loops."""
 
 from __future__ import annotations
 
@@ -28,6 +28,18 @@ def unsupported_faults(anatomy: Anatomy) -> Iterator[Fault]:
             anatomy.weightless,
             "is relieved of its weight in simulation (gravcomp), and nothing holds the built part up",
             "Remove gravcomp, and stiffen the joints until the limb carries itself.",
+        ),
+        (
+            "loop_open",
+            anatomy.open_loops,
+            "ties parts together by a constraint that no rigid part stands for",
+            "Close the loop by a weld of two bodies.",
+        ),
+        (
+            "loop_open",
+            anatomy.displaced_welds,
+            "pulls two bodies out of their initial relative pose, in which they would be printed as one part",
+            "Place the bodies as the weld holds them, and remove relpose from the weld.",
         ),
     ):
         if names:
