@@ -1,7 +1,10 @@
 """Scenes whose motion is known: a cart driven at a given speed, and a turntable."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
+from aidsr.tools.playing import play_variations
+from aidsr.tools.recording import Recording
 from aidsr.tools.scene import MeasuredScene
 
 CART = """
@@ -38,3 +41,16 @@ def only(scene: MeasuredScene, joint: str) -> MeasuredScene:
     gone = {"along": ("robot/about", "robot/turn"), "about": ("robot/along", "robot/drive")}[joint]
     lines = [line for line in scene.mjcf.splitlines() if not any(f'name="{name}"' in line for name in gone)]
     return scene.model_copy(update={"mjcf": "\n".join(lines)})
+
+
+def play_once(
+    scene: MeasuredScene,
+    script: str,
+    *,
+    variation: int = 0,
+    seconds: float = 0.0,
+    distances: Sequence[tuple[str, str]] = (),
+) -> Recording:
+    """Play a script in one variation."""
+    (found,) = play_variations(scene, script, variations=(variation,), seconds=seconds, distances=distances)
+    return found

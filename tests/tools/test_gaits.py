@@ -5,12 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from tests.tools.carts import cart, only
+from tests.tools.carts import cart, only, play_once
 
 from aidsr.core.errors import UserError
 from aidsr.learn.openloop.script import parse_script
 from aidsr.tools.gaits import random_gaits
-from aidsr.tools.playing import play
 
 
 def test_a_body_that_cannot_turn_drifts_by_nothing(tmp_path: Path) -> None:
@@ -30,7 +29,7 @@ def test_the_best_gait_can_be_played_again(tmp_path: Path) -> None:
     found = random_gaits(scene, gaits=6, seconds=2.0)
     script = found.text.partition("as a script:\n")[2]
     assert set(parse_script(script).tracks) == {"drive", "turn"}
-    again = play(scene, script, seconds=2.0)
+    again = play_once(scene, script, seconds=2.0)
     gained = again.moments[-1].progress - again.moments[0].progress
     assert gained == pytest.approx(found.figure("progress gained, best"), abs=0.01)
 

@@ -229,7 +229,7 @@ def _shown(workspace: Workspace, subject: str) -> tuple[str, ...]:
     if not subject.startswith("scene"):
         return ()
     measured = workspace.subject(subject)
-    targets = targets_of(measured.measure()) if measured.has_job else ()
+    targets = targets_of(measured.success_task()) if measured.has_job else ()
     return (*targets, workspace.placement(subject).mount)
 
 

@@ -134,7 +134,7 @@ def probe(
     figures = {figure.name: figure.value for figure in measured.figures}
     strip: tuple[bytes, ...] = ()
     if workspace.draws:
-        played = film(subject.mjcf, subject.measure(), measured.best, groups=subject.groups)
+        played = film(subject.mjcf, subject.success_task(), measured.best, groups=subject.groups)
         strip = (played.strip(_MOMENTS),)
     first, *others = measured.text.splitlines()
     told = "\n".join([first, *unstable(workspace, scene), *others])
@@ -232,7 +232,7 @@ def _play_all(subject: MeasuredScene, how: How) -> list[Recording]:
 
 
 def _measured(played: Recording) -> Measured:
-    return Measured(figures=played.figures, remark=played.phase, setting=played.varied)
+    return Measured(figures=played.figures, remark=played.phase, setting=played.variation_text)
 
 
 def train(
@@ -261,7 +261,7 @@ def train(
     home.mkdir(exist_ok=True)
     folder = train_in_child(
         subject.mjcf,
-        subject.measure(),
+        subject.success_task(),
         subject.level,
         subject.groups,
         "auto",
@@ -314,7 +314,7 @@ def _judged(
     rate = found.success_rate
     progress = sum(one.best_progress for one in found.episodes) / len(found.episodes)
     low, high = rate.interval.low, rate.interval.high
-    task = subject.measure()
+    task = subject.success_task()
     lines = [
         f"{head}success in {rate.share:.0%} of {len(found.episodes)} {split.replace('held_out', 'held-out')} "
         f"variations (Wilson {low:.0%} to {high:.0%}), best progress {progress:.2f} on average, "

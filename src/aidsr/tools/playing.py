@@ -27,18 +27,6 @@ _POLICY_LIMITS = Limits(wall_s=7200.0, cpu_s=4800.0, memory_mib=16_384)
 """Limits of playing a policy: as above, with the address space that torch maps."""
 
 
-def play(
-    scene: MeasuredScene,
-    script: str,
-    *,
-    variation: int = 0,
-    seconds: float = 0.0,
-    distances: Sequence[tuple[str, str]] = (),
-) -> Recording:
-    """Play a script from the start of one episode and return the recording; see `play_variations`."""
-    return play_variations(scene, script, variations=(variation,), seconds=seconds, distances=distances)[0]
-
-
 @isolated(limits=_LIMITS)
 def play_variations(
     scene: MeasuredScene,

@@ -18,7 +18,7 @@ from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.sim.divergence import body_speeds
 from aidsr.tasks import Feature, GoalTask, Task, Variation, apply_to_simulation
 from aidsr.tools.distances import distance_m, find_pairs
-from aidsr.tools.recording import Asked, Distance, Moment, Recording, Touch
+from aidsr.tools.recording import ConditionValue, Distance, Moment, Recording, Touch
 from aidsr.tools.resting import TOUCH_N
 
 _START_S = 0.3
@@ -66,7 +66,7 @@ class Recorder:
     def __init__(
         self, scene: TaskScene, variation: Variation, episodes: Episodes, distances: Sequence[tuple[str, str]]
     ) -> None:
-        self._task, self._episodes, self._varied = scene.task, episodes, variation.words
+        self._task, self._episodes, self._variation_text = scene.task, episodes, variation.words
         self._model = model = copy.copy(scene.model)
         self._data = mujoco.MjData(model)
         self._names = [model.body(body).name for body in range(model.nbody)]
@@ -79,11 +79,11 @@ class Recorder:
         self._pairs = find_pairs(model, distances)
         self._felt: dict[str, _Felt] = {}
         self._touches_itself: Counter[str] = Counter()
-        self._itself, self._fastest, self._against_s = 0, "", 0.0
+        self._itself, self._fastest, self._violation_s = 0, "", 0.0
         self._features = [self._observed()]
         self._turns, self._last_turn_deg = 0.0, 0.0
         self.moments = [self._moment(0.0, float(episodes.progress[0]))]
-        self._best, self._asked = self.moments[0].progress, self._conditions()
+        self._best, self._best_conditions = self.moments[0].progress, self._conditions()
         inside = self._inside()
         self._overlaps = tuple(
             (name, inside.get(name, 0.0), described.get(name, 0.0)) for name in {**described, **inside}
@@ -95,10 +95,10 @@ class Recorder:
             return
         self._episodes.copy_state(0, self._data)
         mujoco.mj_forward(self._model, self._data)
-        self._against_s += self._task.control_dt_s * float(result.violation[0] > 0.0)
+        self._violation_s += self._task.control_dt_s * float(result.violation[0] > 0.0)
         self.moments.append(self._moment(float(result.time_s[0]), float(result.progress[0])))
         if self.moments[-1].progress > self._best:
-            self._best, self._asked = self.moments[-1].progress, self._conditions()
+            self._best, self._best_conditions = self.moments[-1].progress, self._conditions()
 
     def recording(self, outcomes: EpisodeOutcomes, variation: int) -> Recording:
         """Return the recording of the finished episode."""
@@ -120,7 +120,7 @@ class Recorder:
         ]
         return Recording(
             variation=variation,
-            varied=self._varied,
+            variation_text=self._variation_text,
             ended=self._ended(outcomes),
             succeeded=bool(outcomes.success[0]),
             best_progress=float(outcomes.best_progress[0]),
@@ -137,17 +137,17 @@ class Recorder:
             reached=outcomes.reached[0],
             held_s=float(outcomes.held_s[0]),
             hold_s=self._task.hold_s,
-            passed=outcomes.passed[0],
-            against_s=self._against_s,
+            exceeded_limits=outcomes.passed[0],
+            violation_s=self._violation_s,
             overlaps=self._overlaps,
-            asked=self._asked,
-            counted=self._task.criteria.progress if isinstance(self._task, GoalTask) else "",
+            conditions=self._best_conditions,
+            progress_definition=self._task.criteria.progress if isinstance(self._task, GoalTask) else "",
         )
 
-    def _conditions(self) -> tuple[Asked, ...]:
+    def _conditions(self) -> tuple[ConditionValue, ...]:
         """Return the quantities in the conditions of the stages, in the current state."""
         return tuple(
-            Asked(
+            ConditionValue(
                 name=one.name,
                 value=float(one.value[0]),
                 limit=float(np.ravel(one.limit)[0]),

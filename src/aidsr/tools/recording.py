@@ -55,7 +55,7 @@ class Distance(Artifact):
     end_m: float
 
 
-class Asked(Artifact):
+class ConditionValue(Artifact):
     """A quantity in the conditions of the task's stages, with its limit."""
 
     name: str
@@ -67,8 +67,8 @@ class Asked(Artifact):
     @property
     def text(self) -> str:
         """The quantity as a clause, such as "raised by 12 mm (at least 100)"."""
-        asked = f"at {'least' if self.at_least else 'most'} {format_value(self.limit)}"
-        return f"{self.name} {format_value(self.value)} {self.unit}".rstrip() + f" ({asked})"
+        limit = f"at {'least' if self.at_least else 'most'} {format_value(self.limit)}"
+        return f"{self.name} {format_value(self.value)} {self.unit}".rstrip() + f" ({limit})"
 
 
 class Moment(Artifact):
@@ -89,7 +89,7 @@ class Recording(Artifact):
 
     variation: int
     """Index of the development variation."""
-    varied: str
+    variation_text: str
     """Description of this variation by the task; empty where nothing varies."""
     ended: str
     """Reason of its end, in words."""
@@ -114,16 +114,16 @@ class Recording(Artifact):
     """Longest uninterrupted time for which the goal was held."""
     hold_s: float = 0.0
     """Time for which the goal must be held."""
-    passed: tuple[PassedLimit, ...] = ()
+    exceeded_limits: tuple[PassedLimit, ...] = ()
     """Limits of a goal that were exceeded."""
-    against_s: float = 0.0
+    violation_s: float = 0.0
     """Time in violation of a rule of the task."""
     overlaps: tuple[tuple[str, float, float], ...] = ()
     """Geoms of the environment that overlap with the robot at the start: name, depth in this variation [m], and depth
     in the environment without variation [m]."""
-    asked: tuple[Asked, ...] = ()
+    conditions: tuple[ConditionValue, ...] = ()
     """Quantities in the conditions of the stages, at the time of the best progress."""
-    counted: str = ""
+    progress_definition: str = ""
     """Definition of progress, where the task is made of a goal."""
     cut_off: tuple[str, ...] = ()
     """Commands of the motion beyond the control range, in clauses."""
@@ -191,12 +191,12 @@ class Recording(Artifact):
         return [
             f"{format_number(self.duration_s)} s of development variation {self.variation}, best progress "
             f"{self.best_progress:.2f}. Ended: {self.ended}",
-            *([f"in this variation: {self.varied}"] if self.varied else []),
+            *([f"in this variation: {self.variation_text}"] if self.variation_text else []),
             self._progress(),
-            *([f"when progress was best: {self._asked()}"] if self.asked else []),
+            *([f"when progress was best: {self._conditions_text()}"] if self.conditions else []),
             *self._validity(),
-            *(f"a limit passed: {limit.text}" for limit in self.passed),
-            *self._against(),
+            *(f"a limit passed: {limit.text}" for limit in self.exceeded_limits),
+            *self._violation(),
             *(_overlap_line(*each) for each in self.overlaps),
             *self.cut_off,
             *self.commands,
@@ -225,18 +225,21 @@ class Recording(Artifact):
             line += f"; reached: {', '.join(reached) or 'no stage'}" + f"; not: {', '.join(missed)}" * bool(missed)
         if self.held_s and not self.succeeded:
             line += f"; held for {self.held_s:.3g} s of {self.hold_s:.3g} s at most"
-        return line + (f"; it counts {self.counted[0].lower()}{self.counted[1:].rstrip('.')}" if self.counted else "")
+        if self.progress_definition:
+            line += f"; it counts {self.progress_definition[0].lower()}{self.progress_definition[1:].rstrip('.')}"
+        return line
 
     @property
     def phase(self) -> str:
         """Highest stage reached, first limit exceeded, and whether such a policy would be valid, in clauses."""
         held = f", held {self.held_s:.3g} s of {self.hold_s:.3g} s" if self.held_s and not self.succeeded else ""
-        passed = f"; {self.passed[0].text}" if self.passed else ""
-        asked = f"; when progress was best: {self._asked()}" if self.asked and not self.succeeded else ""
-        return f"{self.reached}{held}{asked}{passed}{self._valid_clause()}"
+        exceeded = f"; {self.exceeded_limits[0].text}" if self.exceeded_limits else ""
+        told = self.conditions and not self.succeeded
+        conditions = f"; when progress was best: {self._conditions_text()}" if told else ""
+        return f"{self.reached}{held}{conditions}{exceeded}{self._valid_clause()}"
 
-    def _asked(self) -> str:
-        return ", ".join(one.text for one in self.asked)
+    def _conditions_text(self) -> str:
+        return ", ".join(one.text for one in self.conditions)
 
     def _valid_clause(self) -> str:
         if self.not_valid is None:
@@ -253,9 +256,9 @@ class Recording(Artifact):
             told = "with slack cables or a locked soft body the same motion fails, as it must for a valid policy"
         return [told, *([f"{_DELICATE}: computed {' and '.join(self.fragile)} it fails"] if self.fragile else [])]
 
-    def _against(self) -> list[str]:
-        told = self.against_s and not self.passed
-        return [f"does what counts against it for {self.against_s:.3g} s"] if told else []
+    def _violation(self) -> list[str]:
+        told = self.violation_s and not self.exceeded_limits
+        return [f"does what counts against it for {self.violation_s:.3g} s"] if told else []
 
     def _way(self) -> str:
         start, end = self.moments[0].center_m, self.moments[-1].center_m

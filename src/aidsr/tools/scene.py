@@ -45,7 +45,7 @@ class MeasuredScene(Artifact):
         if not self.has_job:
             raise UserError("nothing measures success here; assemble a robot into the environment of a task or goal")
 
-    def measure(self) -> Task:
+    def success_task(self) -> Task:
         """Return the task, or the task made of the goal, that measures success.
 
         Raises:
@@ -66,4 +66,4 @@ class MeasuredScene(Artifact):
         """
         from aidsr.learn.episodes.scene import TaskScene
 
-        return TaskScene.of(self.mjcf, self.measure(), groups=self.groups)
+        return TaskScene.of(self.mjcf, self.success_task(), groups=self.groups)
