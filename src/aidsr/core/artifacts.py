@@ -359,7 +359,7 @@ class Decision(Artifact):
         return self
 
 
-class PassedLimit(Artifact):
+class ExceededLimit(Artifact):
     """A limit of a goal that was exceeded in an episode."""
 
     limit: str
@@ -401,7 +401,7 @@ class EpisodeResult(Artifact):
     """Stage that was reached, in words; empty in older results."""
     held_s: float = 0.0
     """Longest time for which the goal held without interruption [s]."""
-    passed: tuple[PassedLimit, ...] = ()
+    passed: tuple[ExceededLimit, ...] = ()
     """Limits of the goal that were exceeded for any length of time."""
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
-from aidsr.core.artifacts import EpisodeResult, Evaluation, PassedLimit
+from aidsr.core.artifacts import EpisodeResult, Evaluation, ExceededLimit
 
 
 def ends_in_words(episodes: Sequence[EpisodeResult], hold_s: float) -> list[str]:
@@ -22,7 +22,7 @@ def ends_in_words(episodes: Sequence[EpisodeResult], hold_s: float) -> list[str]
     for episode in episodes:
         if episode.reached:
             alike.setdefault(_words(episode), []).append(episode)
-    passed: dict[str, list[PassedLimit]] = {}
+    passed: dict[str, list[ExceededLimit]] = {}
     for episode in episodes:
         for limit in episode.passed:
             passed.setdefault(limit.limit, []).append(limit)

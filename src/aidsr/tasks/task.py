@@ -16,7 +16,7 @@ from typing import ClassVar, Literal, Self
 import numpy as np
 from lxml import etree
 
-from aidsr.core.artifacts import Base, Brief, PassedLimit
+from aidsr.core.artifacts import Base, Brief, ExceededLimit
 from aidsr.core.errors import UserError
 from aidsr.mjcf.read import parse_document
 from aidsr.sim.task_sensors import TaskSensor
@@ -293,7 +293,7 @@ class Task(ABC):
         """Return `is_failure` for each rule, by the sentence of the rule, (n,) each; for tasks with several rules."""
         return {self.criteria.failure: self.is_failure(readings, state)}
 
-    def passed_limits(self, state: TaskState) -> tuple[PassedLimit, ...]:
+    def passed_limits(self, state: TaskState) -> tuple[ExceededLimit, ...]:
         """Return the limits that were exceeded in one episode.
 
         Args:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 
-from aidsr.core.artifacts import Artifact, PassedLimit, Vec3
+from aidsr.core.artifacts import Artifact, ExceededLimit, Vec3
 from aidsr.core.formatting import format_number
 from aidsr.tools.measured import Figure, format_value
 
@@ -114,7 +114,7 @@ class Recording(Artifact):
     """Longest uninterrupted time for which the goal was held."""
     hold_s: float = 0.0
     """Time for which the goal must be held."""
-    exceeded_limits: tuple[PassedLimit, ...] = ()
+    exceeded_limits: tuple[ExceededLimit, ...] = ()
     """Limits of a goal that were exceeded."""
     violation_s: float = 0.0
     """Time in violation of a rule of the task."""

@@ -12,7 +12,7 @@ import numpy as np
 from mujoco.batch import Batch, SimulationError
 from numpy.typing import NDArray
 
-from aidsr.core.artifacts import PassedLimit
+from aidsr.core.artifacts import ExceededLimit
 from aidsr.learn.episodes.actions import ActionMap
 from aidsr.learn.episodes.cable_friction import REFRESH_S, CableFriction
 from aidsr.learn.episodes.perturbation import DelayLine, PerturbedModels, perturbation_of
@@ -145,7 +145,7 @@ class Episodes:
         """Time for which the goal has held without a break, (n,) [s]."""
         return self._state.held_s
 
-    def passed_limits(self, index: int) -> tuple[PassedLimit, ...]:
+    def passed_limits(self, index: int) -> tuple[ExceededLimit, ...]:
         """Return the limits that an episode has violated so far."""
         return self.task.passed_limits({name: value[index] for name, value in self._state.task_state.items()})
 

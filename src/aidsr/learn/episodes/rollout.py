@@ -53,7 +53,7 @@ class EpisodeOutcomes:
     reached: NDArray[np.object_]
     """Stage of the task that the episode reached, in words."""
     passed: NDArray[np.object_]
-    """Limits that the episode violated, a tuple of `PassedLimit` each."""
+    """Limits that the episode violated, a tuple of `ExceededLimit` each."""
 
     def rows(self, rows: slice) -> Self:
         """Return the outcomes of some of the episodes."""

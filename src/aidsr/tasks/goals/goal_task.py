@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from aidsr.core.artifacts import BodySummary, EnvironmentSummary, PassedLimit
+from aidsr.core.artifacts import BodySummary, EnvironmentSummary, ExceededLimit
 from aidsr.core.errors import MjcfError, UserError
 from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.sim.environment_summary import summarize_environment
@@ -177,10 +177,10 @@ class GoalTask(Task):
         """Return the watched limits, each with its measured value, (n,)."""
         return [(limit, limit.measured(Seen(readings, tag, self.control_dt_s))) for tag, limit in self._watched]
 
-    def passed_limits(self, state: TaskState) -> tuple[PassedLimit, ...]:
+    def passed_limits(self, state: TaskState) -> tuple[ExceededLimit, ...]:
         """See `Task`."""
         return tuple(
-            PassedLimit(
+            ExceededLimit(
                 limit=limit.subject,
                 worst=float(state[_WORST][index]),
                 allowed=limit.allowed,
