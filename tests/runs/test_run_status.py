@@ -19,7 +19,7 @@ from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
 from aidsr.runs import EventLog, RecordedModel, Run, RunRecord, new_run, read_status
 from aidsr.runs.events import Event, Finished, Started, StepDone, StepStarted, Stopped, Waiting
-from aidsr.runs.stages import attempts
+from aidsr.runs.stages import iteration_stages
 
 CONCEPT = Concept(name="arm", interpretation="i", morphology="m", actuation="a", functional_part="tip", family="arm")
 SUMMARY = EnvironmentSummary(
@@ -173,7 +173,7 @@ def test_no_other_decision_opens_a_round_where_a_later_iteration_fell_short(run,
     design.iteration(2).decision.path.write_text(written)
     (status,) = read_status(run).designs
     assert status.round == 1
-    assert [attempt.round for attempt in attempts(design, status)] == [1, 1, 1]
+    assert [iteration.round for iteration in iteration_stages(design, status)] == [1, 1, 1]
 
 
 def test_the_designers_call_is_split_evenly_and_completely(run) -> None:

@@ -66,7 +66,7 @@ class MjcfError(AidsrError):
 
 
 @contextmanager
-def about(source: object) -> Iterator[None]:
+def with_source(source: object) -> Iterator[None]:
     """Add the file or folder that MJCF was read from to every `MjcfError` raised in the context."""
     try:
         yield

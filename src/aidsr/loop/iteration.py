@@ -20,6 +20,7 @@ from aidsr.core.artifacts import (
     ValidationReport,
 )
 from aidsr.core.errors import IsolationError, MjcfError
+from aidsr.core.formatting import counted
 from aidsr.core.roles import Team
 from aidsr.loop.earlier_trials import earlier_trials
 from aidsr.loop.parts import Halt, Mount, Parts, TryOnTask
@@ -221,7 +222,7 @@ def _faults_in_words(report: ValidationReport) -> str:
     if report.stable:
         return "stable"
     codes = ", ".join(dict.fromkeys(fault.code for fault in report.errors))
-    return f"{len(report.errors)} {'fault' if len(report.errors) == 1 else 'faults'}: {codes}"
+    return f"{counted(len(report.errors), 'fault')}: {codes}"
 
 
 def _progress_in_words(report: TaskReport) -> str:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
-from aidsr.core.artifacts import Artifact
+from aidsr.core.artifacts import Artifact, ValidationReport
+from aidsr.core.formatting import counted
 from aidsr.runs.folders import DesignFolder, IterationFolder
 from aidsr.runs.status import DesignStatus, decided
 
@@ -34,8 +35,8 @@ class Stage(Artifact):
     """Result of the stage, in a word or two."""
 
 
-class Attempt(Artifact):
-    """One iteration, prepared for display."""
+class IterationStages(Artifact):
+    """One iteration as a row of stages."""
 
     number: int
     round: int
@@ -44,13 +45,13 @@ class Attempt(Artifact):
     """Text of the person's decision before this iteration; empty where there was none."""
 
 
-def attempts(design: DesignFolder, status: DesignStatus) -> tuple[Attempt, ...]:
-    """Return the iterations of a design, in order."""
+def iteration_stages(design: DesignFolder, status: DesignStatus) -> tuple[IterationStages, ...]:
+    """Return the stages of each iteration of a design, in order."""
     found, round_, asked, had_robot = [], 1, "", False
     for iteration in design.iterations:
         at_work = status.doing if iteration.number == status.iteration and status.state == "running" else ""
         stages = _stages(iteration, _AT_WORK.get(at_work, ""), had_robot=had_robot)
-        found.append(Attempt(number=iteration.number, round=round_, stages=stages, asked=asked))
+        found.append(IterationStages(number=iteration.number, round=round_, stages=stages, asked=asked))
         had_robot = had_robot or iteration.robot.xml.path.exists()
         decision = decided(iteration)
         asked = decision.text if decision else ""
@@ -70,11 +71,11 @@ def _stages(iteration: IterationFolder, at_work: str, *, had_robot: bool) -> tup
             "done" if made else "kept" if had_robot else "none",
             ("new" if made else "kept") + repaired,
         ),
-        _stage("robot stable", at_work, *_verdict(robot.stable, len(robot.errors)))
+        _stage("robot stable", at_work, *_stability(robot))
         if robot
         else _stage("robot stable", at_work, "kept" if had_robot and not made else "none", ""),
         _stage("scene", at_work, "done" if iteration.scene.xml.path.exists() else "none", "placed"),
-        _stage("scene stable", at_work, *(_verdict(scene.stable, len(scene.errors)) if scene else ("none", ""))),
+        _stage("scene stable", at_work, *(_stability(scene) if scene else ("none", ""))),
     ]
     tried = iteration.task_report.read()
     if tried or at_work == "tried":
@@ -94,8 +95,13 @@ def _stage(name: str, at_work: str, mark: Mark, text: str) -> Stage:
     return Stage(name=name, mark=mark, text=text if mark != "none" else "")
 
 
-def _verdict(stable: bool, errors: int) -> tuple[Mark, str]:
-    return ("good", "stable") if stable else ("bad", f"{errors} {'fault' if errors == 1 else 'faults'}")
+def stability_in_words(report: ValidationReport) -> str:
+    """Return "stable", or the number of faults of a report."""
+    return "stable" if report.stable else counted(len(report.errors), "fault")
+
+
+def _stability(report: ValidationReport) -> tuple[Mark, str]:
+    return "good" if report.stable else "bad", stability_in_words(report)
 
 
 def _judged(*, passed: bool) -> tuple[Mark, str]:

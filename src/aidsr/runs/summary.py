@@ -13,6 +13,7 @@ from aidsr.core.formatting import format_cost, format_duration, format_tokens
 from aidsr.core.html import html_template
 from aidsr.runs.files import replace_file
 from aidsr.runs.folders import DesignFolder, IterationFolder, Run
+from aidsr.runs.stages import stability_in_words
 from aidsr.runs.status import DesignStatus, newest, read_status
 from aidsr.runs.trainings import trainings_of, verdict_in_words
 
@@ -112,18 +113,14 @@ def _row(iteration: IterationFolder) -> _Row:
         number=iteration.number,
         made=", ".join(name for name, path in made.items() if path.exists()),
         repairs=repairs.notes if repairs else (),
-        robot=_verdict(robot.stable, len(robot.errors)) if robot else "",
-        scene=_verdict(scene.stable, len(scene.errors)) if scene else "",
+        robot=stability_in_words(robot) if robot else "",
+        scene=stability_in_words(scene) if scene else "",
         judge=("passed" if critique.passed else "not passed") if critique else "",
         faults=tuple(fault for report in (robot, scene) if report for fault in report.errors),
         issues=tuple(f"{issue.component}: {issue.problem}" for issue in critique.issues) if critique else (),
         decision=_decision(iteration),
         picture=_data_address(iteration.preview.path),
     )
-
-
-def _verdict(stable: bool, errors: int) -> str:
-    return "stable" if stable else f"{errors} {'fault' if errors == 1 else 'faults'}"
 
 
 def _decision(iteration: IterationFolder) -> str:

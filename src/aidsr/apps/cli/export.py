@@ -52,9 +52,9 @@ def export(
     """
     from aidsr import api
     from aidsr.apps.cli.terminal import make_console
-    from aidsr.core.errors import about
+    from aidsr.core.errors import with_source
 
-    with about(design):
+    with with_source(design):
         exported = api.export(design, out or "", printer=printer, material=material, policy=policy, step=step)
     _print_export(make_console(), exported)
     return 1 if exported.verdict.verdict == "not buildable" else 0

@@ -45,13 +45,13 @@ def import_robot(
     """
     from aidsr.apps.cli.output_file import write_output
     from aidsr.apps.cli.terminal import write, write_document
-    from aidsr.core.errors import UserError, about
+    from aidsr.core.errors import UserError, with_source
     from aidsr.core.formatting import counted
     from aidsr.mjcf.importing import import_mjcf
 
     if out is not None and out.exists() and not force:
         raise UserError(f"{out} exists; name another file for --out, or add --force to replace it")
-    with about(file):
+    with with_source(file):
         imported = import_mjcf(file, folder)
     text = _origin(imported) + imported.mjcf
     if out is None:

@@ -82,7 +82,7 @@ def probe(
 
     from aidsr import api
     from aidsr.apps.cli.terminal import make_console, write_document
-    from aidsr.core.errors import about
+    from aidsr.core.errors import with_source
     from aidsr.runs.files import replace_file
 
     began = time.monotonic()
@@ -94,7 +94,7 @@ def probe(
             f"progress {point.progress:.2f}, {left}"
         )
 
-    with make_console(to_stderr=True).status("trying motions") as status, about(scene):
+    with make_console(to_stderr=True).status("trying motions") as status, with_source(scene):
         report = api.probe(
             scene,
             task or "",

@@ -105,7 +105,7 @@ def train(
     from aidsr.api import find_scene
     from aidsr.apps.cli.terminal import make_console
     from aidsr.apps.cli.training import Trainer
-    from aidsr.core.errors import about
+    from aidsr.core.errors import with_source
     from aidsr.learn.openloop.script import read_script
     from aidsr.learn.rl.recipe import recipe_of
 
@@ -136,7 +136,7 @@ def train(
         again=again,
     )
     try:
-        with about(scene):
+        with with_source(scene):
             successful = trainer.train(found, out if out is not None else found.home / "training", grouping)
     except KeyboardInterrupt:
         same = "the same command without --again" if again else "the same command"

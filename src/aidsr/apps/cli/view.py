@@ -24,14 +24,14 @@ def view(path: Path, /, *, picture: Path = Path("aidsr_view.png")) -> int:
     from rich.markup import escape
 
     from aidsr.apps.cli.terminal import make_console
-    from aidsr.core.errors import UserError, about
+    from aidsr.core.errors import UserError, with_source
     from aidsr.mjcf.read import open_mjcf
     from aidsr.render.viewer import view as look
 
     if picture.suffix.lower() != ".png":
         raise UserError(f"--picture {picture} is not a PNG file; give a file name that ends in .png")
     model = model_of(path)
-    with about(model):
+    with with_source(model):
         drawn = look(open_mjcf(model), picture)
     if drawn is not None:
         make_console(soft_wrap=True).print(f"No display found; picture written to [bold]{escape(str(drawn))}[/]")

@@ -72,7 +72,7 @@ def comparison_column(run: str, folder: DesignFolder, design: DesignView) -> Col
     status = design.status
     state = attempted(folder, status.stands_at) if status.stands_at else None
     concept, report = (state.concept, state.report) if state else (None, None)
-    found = sum(stage.mark == "bad" for attempt in design.attempts for stage in attempt.stages)
+    found = sum(stage.mark == "bad" for iteration in design.iterations for stage in iteration.stages)
     rows = [
         ("family", status.family),
         ("morphology", concept.morphology if concept else ""),

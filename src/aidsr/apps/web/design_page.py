@@ -68,7 +68,7 @@ class _Page:
         """Return the design, the state of its run, and the number of the selected iteration."""
         view = self.site.view(self.run)
         design = view.design(self.folder.number)
-        numbers = [attempt.number for attempt in design.attempts]
+        numbers = [iteration.number for iteration in design.iterations]
         return design, view.shown, self.chosen if self.chosen in numbers else design.status.stands_at
 
     def number(self) -> int:
@@ -209,13 +209,13 @@ def _iterations(page: _Page, facts: tuple[DesignView, str, int]) -> None:
             image(file_address(page.run.name, motion), "motion while the actuators sweep their ranges", "wide")
     with box("sheet stack", "section", aria_label="iterations"):
         text("Iterations", tag="h2")
-        if len(design.attempts) > 1:
+        if len(design.iterations) > 1:
             with box("film"):
-                for attempt in design.attempts:
-                    at = attempt.number
+                for iteration in design.iterations:
+                    at = iteration.number
                     _frame(page, at, address(iteration=at), current=at == number)
         working = shown not in ("interrupted", "stopped")
-        strip(design.attempts, lambda each: address(iteration=each), at_work=working)
+        strip(design.iterations, lambda each: address(iteration=each), at_work=working)
 
 
 def _frame(page: _Page, number: int, address: str, *, current: bool) -> None:

@@ -241,7 +241,7 @@ def _column(facts: tuple[str, Shown, DesignView]) -> None:
             badge(state_of(shown, design), design.warnings)
         _doing(shown, design)
         working = shown not in ("interrupted", "stopped")
-        strip(design.attempts, lambda number: address(iteration=number), at_work=working)
+        strip(design.iterations, lambda number: address(iteration=number), at_work=working)
         if status.stopped:
             notice(status.stopped.message, "bad")
         if status.faults and not status.outcome:

@@ -16,7 +16,7 @@ from aidsr.core.formatting import iso_time, task_title
 from aidsr.runs import DesignFolder, DesignStatus, Library, Run, RunStatus, read_status
 from aidsr.runs.events import at_work
 from aidsr.runs.library import fingerprint
-from aidsr.runs.stages import Attempt, attempts
+from aidsr.runs.stages import IterationStages, iteration_stages
 from aidsr.runs.status import State, newest
 from aidsr.runs.trainings import Training, best_verdict, trainings_of, verdicts_of
 from aidsr.teams.providers.manual import pending_prompts, prompts_directory
@@ -34,7 +34,7 @@ class DesignView:
     """A design as a page shows it."""
 
     status: DesignStatus
-    attempts: tuple[Attempt, ...]
+    iterations: tuple[IterationStages, ...]
     picture: str
     """Path of the newest picture, relative to the run; empty where there is none."""
     motion: str
@@ -258,7 +258,7 @@ def _design(run: Run, design: DesignFolder, status: DesignStatus) -> DesignView:
     motion = newest(it.motion.path if it.motion.path.exists() else None for it in newest_first)
     return DesignView(
         status=status,
-        attempts=attempts(design, status),
+        iterations=iteration_stages(design, status),
         picture=picture.relative_to(run.path).as_posix() if picture else "",
         motion=motion.relative_to(run.path).as_posix() if motion else "",
         trainings=trainings,

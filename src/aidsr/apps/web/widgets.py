@@ -12,7 +12,7 @@ from nicegui.elements.mixins.text_element import TextElement
 from aidsr.core.artifacts import Fault
 from aidsr.core.calls import Usage
 from aidsr.core.formatting import counted, format_cost, format_fault, format_tokens_in_thousands
-from aidsr.runs.stages import Attempt
+from aidsr.runs.stages import IterationStages
 
 Look = Literal["primary", "quiet", "bare", "danger"]
 _SHORT = {"robot": "robot", "robot stable": "stable?", "scene": "scene", "scene stable": "stable?", "judged": "judged"}
@@ -132,25 +132,25 @@ def label_cells(row: ui.element, columns: Sequence[str]) -> None:
             cell.props["data-label"] = column
 
 
-def strip(attempts: Iterable[Attempt], open_at: Callable[[int], str], *, at_work: bool = True) -> None:
+def strip(iterations: Iterable[IterationStages], open_at: Callable[[int], str], *, at_work: bool = True) -> None:
     """Show iterations as rows of stages: robot, stable?, scene, stable?, judged, and perhaps tried and decision.
 
     Args:
-        attempts: The iterations.
+        iterations: The iterations.
         open_at: Returns the address of an iteration, by its number.
         at_work: Whether a process works on the design; if not, a stage that its files call running is shown as stopped.
     """
     with box("strip"):
         before = 1
-        for attempt in attempts:
-            if attempt.round != before:
-                before = attempt.round
-                text(f"round {attempt.round}, your request: {attempt.asked}", "round")
-            with box("attempt", style=f"--stages: {len(attempt.stages)}"):
-                ui.link(str(attempt.number), open_at(attempt.number)).classes("n").props["aria-label"] = (
-                    f"iteration {attempt.number}"
+        for iteration in iterations:
+            if iteration.round != before:
+                before = iteration.round
+                text(f"round {iteration.round}, your request: {iteration.asked}", "round")
+            with box("attempt", style=f"--stages: {len(iteration.stages)}"):
+                ui.link(str(iteration.number), open_at(iteration.number)).classes("n").props["aria-label"] = (
+                    f"iteration {iteration.number}"
                 )
-                for stage in attempt.stages:
+                for stage in iteration.stages:
                     left = stage.mark == "doing" and not at_work
                     said, mark = ("stopped", "done") if left else (stage.text, stage.mark)
                     shown = text(said or _SHORT.get(stage.name, stage.name), f"stage {mark}")
