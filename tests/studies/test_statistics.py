@@ -73,7 +73,7 @@ def test_pairs_cancel_what_they_share() -> None:
     assert found.interval.value == pytest.approx(0.1)
     assert found.interval.excludes_zero
     assert found.pairs == 20
-    assert found.chance < 0.001
+    assert found.p_value < 0.001
 
 
 @pytest.mark.parametrize(("pairs", "exact"), [(1, 1.0), (3, 0.25), (5, 0.0625), (6, 0.03125), (8, 0.0078125)])
@@ -81,7 +81,7 @@ def test_a_few_pairs_that_agree_may_be_chance(pairs: int, exact: float) -> None:
     found = paired_difference({"a": dict.fromkeys(range(pairs), 0.0)}, {"a": dict.fromkeys(range(pairs), 1.0)})
     assert found is not None
     assert (found.interval.low, found.interval.high) == (1.0, 1.0)
-    assert found.chance == pytest.approx(exact, abs=0.01)
+    assert found.p_value == pytest.approx(exact, abs=0.01)
 
 
 def test_what_is_not_in_both_is_left_out() -> None:

@@ -369,6 +369,7 @@ def test_the_report_is_one_page_with_every_figure_beside_it(finished: Study) -> 
     assert "data:image/png;base64" in page
     assert "1/1 (21–100 %)" in page
     assert "its tasks are not public" in page
+    assert "<b>$0.00</b><span>per design, 0 tokens</span>" in page
     table = (finished.path / "report.md").read_text()
     assert "| bare | no mechanical repairs | 1/1 (21–100 %) | 1/1 (21–100 %) | – | – | – | 1.0 |" in table
     assert "2 of 2 designs finished." in table

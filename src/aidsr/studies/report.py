@@ -7,7 +7,7 @@ import io
 import json
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -49,11 +49,9 @@ def write_report(study: Study) -> Path:
 
 def table_markdown(lines: Sequence[Line], *, trained: bool = True) -> str:
     """Return results by task as a Markdown table, with Wilson intervals of the rates."""
-    head = (
-        "| task | designs | stable | valid | successful | at 80, 95 % | episodes | probe | tokens | cost | latency |\n"
-        "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|"
-    )
-    return "\n".join([head, *("| " + " | ".join(map(format_cell, _cells(line, trained))) + " |" for line in lines)])
+    head = [f"| {' | '.join(_COLUMNS)} |", "|---|" + "---:|" * (len(_COLUMNS) - 1)]
+    rows = (map(format_cell, _cells(line, trained).values()) for line in lines)
+    return "\n".join([*head, *(f"| {' | '.join(row)} |" for row in rows)])
 
 
 def raw_csv(rows: Sequence[DesignRow]) -> str:
@@ -83,25 +81,36 @@ def format_rate(line: Line, of: str) -> str:
     return f"{found.hits}/{found.of} ({percent(found.interval.low)[:-2]}–{percent(found.interval.high)})"
 
 
-def _cells(line: Line, trained: bool = True) -> list[str]:
-    reliable = f"{line.won_80}, {line.won_95}"
-    judged = [format_rate(line, "valid"), format_rate(line, "successful"), reliable, percent(line.episodes_share)]
-    return [
-        line.task,
-        str(line.attempted),
-        format_rate(line, "stable"),
-        *(judged if trained else ["–"] * 4),
-        percent(line.probe_progress),
-        *taken_in_words(line),
-    ]
-
-
 def taken_in_words(line: Line) -> tuple[str, str, str]:
     """Return the mean tokens, cost and latency of a design as text; dashes before any design has ended."""
     if not line.ended:
         return "–", "–", "–"
     tokens = f"{line.tokens:,.0f}" + (" est." if line.tokens_estimated else "")
     return tokens, "unknown" if line.cost_usd is None else f"${line.cost_usd:.2f}", f"{line.latency_s:.0f} s"
+
+
+_COLUMNS: dict[str, Callable[[Line], str]] = {
+    "task": lambda line: line.task,
+    "designs": lambda line: str(line.attempted),
+    "stable": lambda line: format_rate(line, "stable"),
+    "valid": lambda line: format_rate(line, "valid"),
+    "successful": lambda line: format_rate(line, "successful"),
+    "at 80, 95 %": lambda line: f"{line.won_80}, {line.won_95}",
+    "episodes": lambda line: percent(line.episodes_share),
+    "probe": lambda line: percent(line.probe_progress),
+    "tokens": lambda line: taken_in_words(line)[0],
+    "cost": lambda line: taken_in_words(line)[1],
+    "latency": lambda line: taken_in_words(line)[2],
+}
+"""Columns of the tables of tasks: the head of each, and the text of its cell."""
+
+_OF_POLICIES = ("valid", "successful", "at 80, 95 %", "episodes")
+"""Columns that are empty in a study without training."""
+
+
+def _cells(line: Line, trained: bool = True) -> dict[str, str]:
+    """Return the cells of a row by the heads of their columns."""
+    return {head: text(line) if trained or head not in _OF_POLICIES else "–" for head, text in _COLUMNS.items()}
 
 
 ARM_HEADS = (
@@ -118,11 +127,20 @@ ARM_HEADS = (
 
 
 def _arm_cells(study: Study, arm: ArmLine) -> list[str]:
-    cells, settings = _cells(arm.line), study.plan.arms[[each.name for each in study.plan.arms].index(arm.arm)].settings
-    interval = f"{cells[6]} ({percent(arm.success_low)} to {percent(arm.success_high)})"
-    trained = [*cells[3:5], interval] if study.plan.seeds else ["–"] * 3
-    iterations = f"{arm.line.iterations:.1f}" if arm.line.ended else "–"
-    return [arm.arm, settings or "–", format_rate(arm.line, "approved"), cells[2], *trained, iterations, cells[8]]
+    trained = study.plan.seeds > 0
+    cells = _cells(arm.line, trained)
+    interval = f" ({percent(arm.success_low)} to {percent(arm.success_high)})" if trained else ""
+    return [
+        arm.arm,
+        study.arm(arm.arm).settings or "–",
+        format_rate(arm.line, "approved"),
+        cells["stable"],
+        cells["valid"],
+        cells["successful"],
+        cells["episodes"] + interval,
+        f"{arm.line.iterations:.1f}" if arm.line.ended else "–",
+        cells["tokens"],
+    ]
 
 
 def _markdown(
@@ -224,19 +242,7 @@ def _page(
         arm_heads=ARM_HEADS,
         arm_rows=[_arm_cells(study, arm) for arm in arms],
         change=_change,
-        heads=(
-            "task",
-            "designs",
-            "stable",
-            "valid",
-            "successful",
-            "at 80, 95 %",
-            "episodes",
-            "probe",
-            "tokens",
-            "cost",
-            "latency",
-        ),
+        heads=tuple(_COLUMNS),
         tables={arm: [_cells(line, study.plan.seeds > 0) for line in lines] for arm, lines in tables.items()},
         totals={arm.arm: _cells(arm.line, study.plan.seeds > 0) for arm in arms},
         percent=percent,
@@ -283,6 +289,12 @@ def _unmet(rows: Sequence[DesignRow]) -> list[tuple[str, int]]:
 
 def _published() -> list[str]:
     """Return the paper's published results as a row of the table of tasks."""
-    rates = [f"{100 * PAPER.valid:.1f} %", f"{100 * PAPER.successful_by_table:.1f} %", "", "", ""]
-    costs = [f"{PAPER.tokens:,}", f"${PAPER.cost_usd:.2f}", f"{PAPER.latency_s:.0f} s"]
-    return ["published, with GPT-5 on other tasks", "", "", *rates, *costs]
+    cells = {
+        "task": "published, with GPT-5 on other tasks",
+        "valid": f"{100 * PAPER.valid:.1f} %",
+        "successful": f"{100 * PAPER.successful_by_table:.1f} %",
+        "tokens": f"{PAPER.tokens:,}",
+        "cost": f"${PAPER.cost_usd:.2f}",
+        "latency": f"{PAPER.latency_s:.0f} s",
+    }
+    return [cells.get(head, "") for head in _COLUMNS]

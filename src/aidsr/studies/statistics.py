@@ -54,7 +54,7 @@ class PairedDifference:
     """Mean difference of paired values, with its interval and p value."""
 
     interval: Interval
-    chance: float
+    p_value: float
     """Two-sided p value: probability of a mean at least as far from zero when the sign of each pair is random. A few
     pairs that all agree have a bootstrap interval of zero width, but p is not below 0.05 for fewer than six pairs."""
     pairs: int

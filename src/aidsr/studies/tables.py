@@ -110,15 +110,18 @@ class Difference(Artifact):
     value: float
     low: float
     high: float
-    chance: float
+    p_value: float
     """Two-sided p value, see `PairedDifference`."""
     pairs: int
     """Number of designs that ended in both arms."""
 
     @property
     def real(self) -> bool:
-        """Whether the difference is significant: its interval excludes zero and the p value is below `_SELDOM`."""
-        return Interval(self.value, self.low, self.high).excludes_zero and self.chance < _SELDOM
+        """Whether the difference is significant.
+
+        It is if its interval excludes zero and the p value is below `SIGNIFICANCE_LEVEL`.
+        """
+        return Interval(self.value, self.low, self.high).excludes_zero and self.p_value < SIGNIFICANCE_LEVEL
 
     @property
     def in_words(self) -> tuple[str, str, str]:
@@ -134,7 +137,7 @@ class Difference(Artifact):
         return shown(self.value), shown(self.low), shown(self.high)
 
 
-_SELDOM = 0.05
+SIGNIFICANCE_LEVEL = 0.05
 """Significance level of the p value. Our choice: the usual one, which matches 95 % intervals."""
 
 
@@ -247,7 +250,7 @@ def _difference(rows: Sequence[DesignRow], what: str, arm: str, against: str) ->
         value=value,
         low=low,
         high=high,
-        chance=found.chance,
+        p_value=found.p_value,
         pairs=found.pairs,
     )
 

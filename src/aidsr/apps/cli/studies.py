@@ -214,7 +214,7 @@ def print_comparison(console: Console, one: Study, other: Study) -> int:
     for each in found:
         value, low, high = each.in_words
         verdict = "significant" if each.real else "not significant"
-        table.add_row(each.what, value, f"{low} to {high}", f"{each.chance:.3f}", verdict)
+        table.add_row(each.what, value, f"{low} to {high}", f"{each.p_value:.3f}", verdict)
     console.print(table)
     console.print(
         f"{found[0].pairs} designs that are finished in both, paired by task, run and number. p: share of random sign "
