@@ -69,9 +69,9 @@ def test_jobs_side_by_side_set_aside_what_each_may_spend(tmp_path: Path) -> None
     assert begun == [one, two], "what a job may spend is no part of which job it is"
     assert budget.begin(three, 1) is None
     pay(study, one.cell, 4.0)
-    budget.end(one, short=())
+    budget.end(one, exhausted_limits=())
     assert budget.begin(three, 1).most_usd == pytest.approx(1.0)
-    budget.end(two, short=())
+    budget.end(two, exhausted_limits=())
     pay(study, two.cell, 0.5)
     assert StudyBudget(study, Budget(cost_usd=10)).paid_usd == pytest.approx(4.5)
     assert StudyBudget(study, Budget(cost_usd=4.5)).begin(three, 2) is None, "the limit is reached"
@@ -93,13 +93,13 @@ def test_a_share_that_was_too_small_for_a_call_is_not_tried_again(tmp_path: Path
     one, two, _ = designing(study)
     budget = StudyBudget(study, Budget(tokens=300_000))
     assert budget.begin(one, 2).most_tokens == 151_000
-    budget.end(one, short=["tokens"])
+    budget.end(one, exhausted_limits=["tokens"])
     assert budget.begin(one, 2).most_tokens == 300_000
     pay(study, one.cell, 0.1)
-    budget.end(one, short=["tokens"])
+    budget.end(one, exhausted_limits=["tokens"])
     assert budget.tokens == 1100
     assert budget.begin(two, 2).most_tokens == 298_900
-    budget.end(two, short=["tokens"])
+    budget.end(two, exhausted_limits=["tokens"])
     assert budget.begin(two, 2) is None
 
 
@@ -108,13 +108,13 @@ def test_of_two_limits_only_the_one_that_refused_is_short(tmp_path: Path) -> Non
     one, two, three = designing(study)
     budget = StudyBudget(study, Budget(cost_usd=0.73, tokens=300_000))
     assert budget.begin(one, 1).most_usd == pytest.approx(0.73)
-    budget.end(one, short=["tokens"])
+    budget.end(one, exhausted_limits=["tokens"])
     assert budget.begin(two, 1) is None
     assert budget.refusing == {"tokens"}
     pay(study, one.cell, 0.1)
     fresh = StudyBudget(study, Budget(cost_usd=0.73, tokens=300_000))
     assert fresh.begin(two, 2).most_usd == pytest.approx(0.365, abs=0.1)
-    fresh.end(two, short=["tokens"])
+    fresh.end(two, exhausted_limits=["tokens"])
     again = fresh.begin(three, 1)
     assert again is not None, "money was never short"
     assert again.most_tokens == 298_900
@@ -192,7 +192,7 @@ class Here:
         try:
             run_job(self.study.path, self.begun[-1])
         except BudgetError as error:
-            return EndedJob(self.begun[-1], str(error), 1.0, short=error.limits)
+            return EndedJob(self.begun[-1], str(error), 1.0, exhausted_limits=error.limits)
         except AidsrError as error:
             return EndedJob(self.begun[-1], str(error), 1.0)
         return EndedJob(self.begun[-1], "", 1.0)

@@ -56,7 +56,7 @@ class _Account:
     """Conversion of the usage of calls to the unit of this limit."""
     used: dict[Cell, float] = field(default_factory=dict)
     """Usage of all calls of a run, including those of the run that it continues."""
-    before: dict[Cell, float] = field(default_factory=dict)
+    inherited_usage: dict[Cell, float] = field(default_factory=dict)
     """Usage of the run that a run continues, which is included in `used`."""
     aside: dict[Cell, float] = field(default_factory=dict)
     """Share reserved for the running job of a run, in addition to `used`."""
@@ -65,7 +65,7 @@ class _Account:
 
     @property
     def paid(self) -> float:
-        return sum(self.used.values()) - sum(self.before.values())
+        return sum(self.used.values()) - sum(self.inherited_usage.values())
 
     @property
     def left(self) -> float:
@@ -85,7 +85,9 @@ class _Account:
         too_little = self.too_little.get(cell.arm, 0.0)
         if self.left <= too_little:
             return 0.0
-        seen = [used - self.before.get(other, 0.0) for other, used in self.used.items() if other.arm == cell.arm]
+        seen = [
+            used - self.inherited_usage.get(other, 0.0) for other, used in self.used.items() if other.arm == cell.arm
+        ]
         about = max(seen, default=0.0) or concepts * self.published
         return min(self.left, max(about, self.left / free, 2 * too_little))
 
@@ -146,27 +148,27 @@ class StudyBudget:
         tokens = most.get("tokens")
         return replace(job, most_usd=most.get("cost_usd"), most_tokens=None if tokens is None else int(tokens))
 
-    def end(self, job: Job, *, short: Collection[Limit]) -> None:
+    def end(self, job: Job, *, exhausted_limits: Collection[Limit]) -> None:
         """Return the unused part of an ended job's share to the limit.
 
         Args:
             job: Job that has ended, successfully or not.
-            short: Limits of which its share was too small for its next call.
+            exhausted_limits: Limits of which its share was too small for its next call.
         """
-        before = {name: each.used.get(job.cell, 0.0) for name, each in self._accounts.items()}
+        used_before = {name: each.used.get(job.cell, 0.0) for name, each in self._accounts.items()}
         self._update_usage(job.cell)
         for name, each in self._accounts.items():
             share = each.aside.pop(job.cell, 0.0)
-            if name in short and each.used[job.cell] <= before[name]:
+            if name in exhausted_limits and each.used[job.cell] <= used_before[name]:
                 each.too_little[job.cell.arm] = max(share, each.too_little.get(job.cell.arm, 0.0))
 
     def _update_usage(self, cell: Cell) -> None:
         """Read the usage of a run; a run that has not started has the usage of the run that it continues."""
-        earlier = self._study.before(cell)
+        continued = self._study.continued_cell(cell)
         for each in self._accounts.values():
-            each.before[cell] = self._used(earlier, each) if earlier else 0.0
+            each.inherited_usage[cell] = self._used(continued, each) if continued else 0.0
             run = self._study.run(cell)
-            each.used[cell] = self._used(cell, each) if run else each.before[cell]
+            each.used[cell] = self._used(cell, each) if run else each.inherited_usage[cell]
 
     def _used(self, cell: Cell, account: _Account) -> float:
         run, arm = self._study.run(cell), self._study.arm(cell.arm)

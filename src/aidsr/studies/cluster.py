@@ -38,12 +38,12 @@ def run_packed_job(packed: bytes, job: dict[str, object]) -> tuple[bytes, str, t
     with tempfile.TemporaryDirectory() as folder:
         unpack(packed, Path(folder))
         error = ""
-        short: tuple[Limit, ...] = ()
+        exhausted_limits: tuple[Limit, ...] = ()
         try:
             run_job(Path(folder), found)
         except AidsrError as failed:
-            error, short = str(failed), failed.limits if isinstance(failed, BudgetError) else ()
-        return pack(Path(folder), output_of_job(open_study(Path(folder)), found)), error, short
+            error, exhausted_limits = str(failed), failed.limits if isinstance(failed, BudgetError) else ()
+        return pack(Path(folder), output_of_job(open_study(Path(folder)), found)), error, exhausted_limits
 
 
 def pack(study: Path, *paths: Path) -> bytes:
@@ -133,8 +133,8 @@ class RayPool:
     def begin(self, job: Job) -> None:
         """Start a job."""
         study = open_study(self._study)
-        before = study.before(job.cell) if job.stage == "design" else None
-        runs = [study.home(cell) for cell in (job.cell, before) if cell]
+        continued = study.continued_cell(job.cell) if job.stage == "design" else None
+        runs = [study.home(cell) for cell in (job.cell, continued) if cell]
         packed = pack(self._study, self._study / "study.toml", *runs)
         self._began[self._perform.remote(packed, job.as_dict())] = (job, time.monotonic())
 
@@ -142,13 +142,13 @@ class RayPool:
         """Wait for the next job that ends, unpack its output and return it."""
         (reference, *_), _ = self._ray.wait(list(self._began))
         job, began = self._began.pop(reference)
-        short: tuple[Limit, ...] = ()
+        exhausted_limits: tuple[Limit, ...] = ()
         try:
-            packed, error, short = self._ray.get(reference)
+            packed, error, exhausted_limits = self._ray.get(reference)
             unpack(packed, self._study, instead_of=output_of_job(open_study(self._study), job))
         except self._ray.exceptions.RayError as lost:
             error = f"{type(lost).__name__}: {lost}"
-        return EndedJob(job, error, time.monotonic() - began, short=short)
+        return EndedJob(job, error, time.monotonic() - began, exhausted_limits=exhausted_limits)
 
     def close(self) -> None:
         """Disconnect from the cluster; running jobs are dropped and can be started again."""

@@ -69,8 +69,8 @@ def pending_in(study: Study, cell: Cell) -> Iterator[Job]:
     """Yield the jobs of one run that can be started now."""
     run = study.run(cell)
     if not is_finished(run):
-        before = study.before(cell)
-        if before is None or is_finished(study.run(before)):
+        continued = study.continued_cell(cell)
+        if continued is None or is_finished(study.run(continued)):
             yield Job(cell, "design")
         return
     assert run is not None, "a finished run was started"
@@ -102,9 +102,9 @@ def exhausted_limits(run: Run) -> tuple[Limit, ...]:
     if not run.larger_budget.exists():
         return ()
     outcomes = [outcome for design in run.designs if (outcome := design.outcome.read()) is not None]
-    short = [outcome for outcome in outcomes if outcome.outcome == "out_of_budget"]
+    out_of_budget = [outcome for outcome in outcomes if outcome.outcome == "out_of_budget"]
     # outcomes written by earlier versions do not name the limit
-    limits = {limit for outcome in short for limit in outcome.limits or get_args(Limit)}
+    limits = {limit for outcome in out_of_budget for limit in outcome.limits or get_args(Limit)}
     return tuple(limit for limit in get_args(Limit) if limit in limits)
 
 
@@ -156,9 +156,9 @@ def _design(study: Study, job: Job) -> None:
         # runs of the same number have the same seed in every arm, so that arms can be compared run by run
         config = config.model_copy(update={"seed": config.seed + cell.number - 1})
         config = config.model_copy(update={"feedback": study.arm(cell.arm).feedback.get(cell.task, "")})
-        before = study.before(cell)
-        if before is not None:
-            run = _continue_run(study, before, home, config)
+        continued = study.continued_cell(cell)
+        if continued is not None:
+            run = _continue_run(study, continued, home, config)
         else:
             run = create_run(
                 make_brief(task=cell.task, level=study.plan.level), config, level=study.plan.level, runs=home
@@ -194,15 +194,15 @@ _NOT_DESIGNING = (
 final results with everything computed from them."""
 
 
-def _continue_run(study: Study, before: Cell, home: Path, config: RunConfig) -> Run:
+def _continue_run(study: Study, continued: Cell, home: Path, config: RunConfig) -> Run:
     """Return a copy of another arm's run with another configuration; recorded answers and their cost are kept.
 
     Raises:
         AidsrError: The other arm's run has not started.
     """
-    origin = study.run(before)
+    origin = study.run(continued)
     if origin is None:
-        raise AidsrError(f"{before.name} must be designed before {home}")
+        raise AidsrError(f"{continued.name} must be designed before {home}")
     copy = Run(home / origin.path.name)
     shutil.copytree(origin.path, copy.path, ignore=shutil.ignore_patterns(*_NOT_DESIGNING))
     (copy.path / MARK).unlink(missing_ok=True)

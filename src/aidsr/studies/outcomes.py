@@ -194,8 +194,8 @@ def count_repairs(study: Study) -> Counter[str]:
 def _designs(study: Study) -> Iterator[tuple[DesignFolder, int]]:
     """Yield every design, and the number of its iterations that were copied from the arm that it continues."""
     for cell in study.cells:
-        run, before = study.run(cell), study.before(cell)
-        origin = study.run(before) if before else None
+        run, continued = study.run(cell), study.continued_cell(cell)
+        origin = study.run(continued) if continued else None
         for design in run.designs if run else ():
             yield design, len(origin.design(design.number).iterations) if origin else 0
 

@@ -16,7 +16,7 @@ from typing import IO, Protocol
 
 from aidsr.core.errors import Limit
 from aidsr.studies.jobs import Job
-from aidsr.studies.run_job import SHORT
+from aidsr.studies.run_job import EXHAUSTED_LIMITS
 
 _POLL_S = 0.2
 """Interval between polls of the children [s]. Our choice: jobs last seconds to minutes."""
@@ -31,7 +31,7 @@ class EndedJob:
     job: Job
     error: str
     wall_s: float
-    short: tuple[Limit, ...] = ()
+    exhausted_limits: tuple[Limit, ...] = ()
     """Limits of the study of which its share was too small; this does not count as a failure."""
 
 
@@ -102,7 +102,8 @@ class LocalPool:
                         output.seek(0)
                         last = output.read().decode(errors="replace").strip()[-_LAST_WORDS:]
                     error = "" if child.returncode == 0 else last or f"ended with code {child.returncode}"
-                    return EndedJob(job, error, time.monotonic() - began, short=SHORT.get(child.returncode, ()))
+                    exhausted = EXHAUSTED_LIMITS.get(child.returncode, ())
+                    return EndedJob(job, error, time.monotonic() - began, exhausted_limits=exhausted)
             time.sleep(_POLL_S)
 
     def close(self) -> None:

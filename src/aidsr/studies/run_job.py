@@ -12,7 +12,7 @@ from pathlib import Path
 from aidsr.core.errors import AidsrError, BudgetError, Limit
 from aidsr.studies.jobs import Job, run_job
 
-SHORT: dict[int, tuple[Limit, ...]] = {3: ("cost_usd",), 4: ("tokens",), 5: ("cost_usd", "tokens")}
+EXHAUSTED_LIMITS: dict[int, tuple[Limit, ...]] = {3: ("cost_usd",), 4: ("tokens",), 5: ("cost_usd", "tokens")}
 """Exit codes of a job whose share of the named limits of the study was too small; with a larger share it can resume."""
 
 
@@ -41,7 +41,7 @@ def main(arguments: list[str]) -> int:
         run_job(Path(folder), Job.of(json.loads(job)))
     except AidsrError as error:
         sys.stderr.write(f"{error}\n")
-        return next((code for code, limits in SHORT.items() if set(limits) == set(_limits(error))), 1)
+        return next((code for code, limits in EXHAUSTED_LIMITS.items() if set(limits) == set(_limits(error))), 1)
     except KeyboardInterrupt:
         return 130
     return 0

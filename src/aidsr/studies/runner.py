@@ -94,9 +94,9 @@ class _StudyRun:
     def _end(self, ended: EndedJob) -> None:
         job = ended.job
         del self.running[job]
-        self.budget.end(job, short=ended.short)
+        self.budget.end(job, exhausted_limits=ended.exhausted_limits)
         still_pending = job in pending_in(self.study, job.cell)
-        if ended.short:
+        if ended.exhausted_limits:
             self.waiting[job] = None
         elif ended.error or still_pending:
             self.attempts[job] += 1

@@ -153,10 +153,10 @@ class Study:
         """Return an arm by its name."""
         return next(arm for arm in self.plan.arms if arm.name == name)
 
-    def before(self, cell: Cell) -> Cell | None:
+    def continued_cell(self, cell: Cell) -> Cell | None:
         """Return the cell whose run a cell continues, or None if it starts a new run."""
-        after = self.arm(cell.arm).after
-        return replace(cell, arm=after) if after else None
+        continued_arm = self.arm(cell.arm).after
+        return replace(cell, arm=continued_arm) if continued_arm else None
 
     def followers(self, cell: Cell) -> tuple[Cell, ...]:
         """Return the cells that continue a cell's run."""

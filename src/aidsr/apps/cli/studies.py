@@ -131,7 +131,7 @@ class StudyTable:
     def listen(self, progress: Progress) -> None:
         """Show the state of the study."""
         last = progress.last
-        if last is not None and last.error and not last.short:
+        if last is not None and last.error and not last.exhausted_limits:
             line = escape(last.error.splitlines()[-1][:200])
             self._console.print(f"[red]{escape(last.job.name)}[/]: {line}", soft_wrap=True)
         self._refresh(at_the_end=not progress.running)
