@@ -72,7 +72,7 @@ def test_a_touch_that_was_too_hard_at_any_moment_is_no_success_later(hard_n, los
         state, worth = score(task, state, forces(force_n), np.zeros((1, 1)))
         first = worth if first is None else first
     assert first.failure.tolist() == [lost], "the episode ends there"
-    assert task.judging()["Lost at once"] == "More than 3 N on post at any moment."
+    assert task.judging()["Lost at once"] == "More than 3 N by the functional part on post at any moment."
     assert "Lost at once" not in goal_task(parse_goal(FIRM), TABLE).judging()
 
 
@@ -80,13 +80,37 @@ def test_a_stage_that_bounds_a_force_bounds_it_from_beginning_to_end():
     stages = f'kind = "stages"\n[[stages]]\n{REACH}\nby_s = 4\n[[stages]]\n{TOUCH}\n'
     task = goal_task(parse_goal(stages), TABLE)
     now = {"goal1_offset": (0.5, 0.0, 0.0), "goal2_offset": (0.0, 0.0, 0.0), "goal2_gap": [0.0]}
-    for force_n, rules in ((2.0, []), (4.0, ["More than 3 N on post at any moment."])):
+    for force_n, rules in ((2.0, []), (4.0, ["More than 3 N by the functional part on post at any moment."])):
         seen = read(**now, goal2_force=(0.0, 0.0, force_n))
         lost = task.losses(seen, task.reset_state(seen))
-        assert list(lost) == ["Stage 1 is not over after 4 s.", "More than 3 N on post at any moment."]
+        assert list(lost) == ["Stage 1 is not over after 4 s.", "More than 3 N by the functional part on post at any moment."]
         assert [rule for rule, where in lost.items() if where[0]] == rules
         assert task.is_failure(seen, task.reset_state(seen)).tolist() == [bool(rules)]
     assert task.judging()["Lost at once"] == " ".join(lost)
+
+
+@pytest.mark.parametrize("hard", ["goal1_force", "goal2_force"])
+def test_two_stages_that_bound_the_same_force_of_different_parts_are_two_rules(hard):
+    stages = "".join(f'[[stages]]\n{TOUCH}\npart = "{part}"\n' for part in ("robot", "functional_part"))
+    task = goal_task(parse_goal(f'kind = "stages"\n{stages}'), TABLE)
+    still = {f"goal{i}_{name}": np.zeros(k) for i in (1, 2) for name, k in (("offset", 3), ("gap", 1), ("force", 3))}
+    seen = read(**{**still, hard: (0.0, 0.0, 4.0)})
+    lost = task.losses(seen, task.reset_state(seen))
+    by = "the robot" if hard == "goal1_force" else "the functional part"
+    assert [rule for rule, where in lost.items() if where[0]] == [f"More than 3 N by {by} on post at any moment."]
+    assert task.is_failure(seen, task.reset_state(seen)).tolist() == [True]
+    assert task.judging()["Lost at once"] == " ".join(lost)
+
+
+@pytest.mark.parametrize("hard", ["goal1_force", "goal2_force"])
+def test_two_stages_with_the_same_bound_are_one_rule_that_either_breaks(hard):
+    task = goal_task(parse_goal('kind = "stages"\n' + f"[[stages]]\n{TOUCH}\n" * 2), TABLE)
+    still = {f"goal{i}_{name}": np.zeros(k) for i in (1, 2) for name, k in (("offset", 3), ("gap", 1), ("force", 3))}
+    seen = read(**{**still, hard: (0.0, 0.0, 4.0)})
+    lost = task.losses(seen, task.reset_state(seen))
+    assert {rule: where.tolist() for rule, where in lost.items()} == {
+        "More than 3 N by the functional part on post at any moment.": [True]
+    }
 
 
 @pytest.mark.parametrize("part", ["robot", "functional_part"])

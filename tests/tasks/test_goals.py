@@ -272,7 +272,7 @@ TOLD = {
     "touch": (
         "Nothing: each begins as described here.",
         "The net force on post by the functional part is at least 0.05 N and at most 3 N. Held for 0.5 s.",
-        "More than 3 N on post at any moment.",
+        "More than 3 N by the functional part on post at any moment.",
     ),
 }
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -199,7 +199,8 @@ class Stages(Goal):
             by_s = np.array([np.inf if stage.by_s is None else stage.by_s for stage in self.stages])
             found[late] = np.asarray(seen.readings.time_s > by_s[state["stage"].astype(int)])
         for index, stage, own in self._parts(seen):
-            found |= stage.losses(own, _own(state, index))
+            for rule, lost in stage.losses(own, _own(state, index)).items():
+                found[rule] = found[rule] | lost if rule in found else lost
         return found
 
     @property
@@ -212,11 +213,11 @@ class Stages(Goal):
 
     @property
     def violation_text(self) -> str:
-        return " ".join(dict.fromkeys(text for stage in self.stages if (text := stage.violation_text)))
+        return _joined(stage.violation_text for stage in self.stages)
 
     @property
     def failure_text(self) -> str:
-        return " ".join(filter(None, [self._late_text, self.violation_text]))
+        return _joined([self._late_text, *(stage.failure_text for stage in self.stages)])
 
     @property
     def _late_text(self) -> str:
@@ -255,6 +256,11 @@ def _tag(tag: str, index: int) -> str:
 def _own(state: TaskState, index: int) -> dict[str, FloatArray]:
     prefix = f"{index}/"
     return {key.removeprefix(prefix): value for key, value in state.items() if key.startswith(prefix)}
+
+
+def _joined(sentences: Iterable[str]) -> str:
+    """Return the sentences that are not empty, each once."""
+    return " ".join(dict.fromkeys(filter(None, sentences)))
 
 
 def _all(names: Iterator[tuple[str, ...]]) -> tuple[str, ...]:

@@ -94,7 +94,10 @@ class Touch(Goal):
 
     @property
     def violation_text(self) -> str:
-        return "" if self.at_most_n is None else f"More than {self.at_most_n:g} N on {self.target} at any moment."
+        if self.at_most_n is None:
+            return ""
+        part = "the functional part" if self.part == "functional_part" else "the robot"
+        return f"More than {self.at_most_n:g} N by {part} on {self.target} at any moment."
 
     @property
     def failure_text(self) -> str:
