@@ -83,7 +83,10 @@ def test_a_stage_that_bounds_a_force_bounds_it_from_beginning_to_end():
     for force_n, rules in ((2.0, []), (4.0, ["More than 3 N by the functional part on post at any moment."])):
         seen = read(**now, goal2_force=(0.0, 0.0, force_n))
         lost = task.losses(seen, task.reset_state(seen))
-        assert list(lost) == ["Stage 1 is not over after 4 s.", "More than 3 N by the functional part on post at any moment."]
+        assert list(lost) == [
+            "Stage 1 is not over after 4 s.",
+            "More than 3 N by the functional part on post at any moment.",
+        ]
         assert [rule for rule, where in lost.items() if where[0]] == rules
         assert task.is_failure(seen, task.reset_state(seen)).tolist() == [bool(rules)]
     assert task.judging()["Lost at once"] == " ".join(lost)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from itertools import pairwise
+from itertools import groupby, pairwise
 from typing import ClassVar, Literal, Self
 
 import numpy as np
@@ -23,9 +23,9 @@ _NEAR = 0.2
 """Share of the progress for being at the path. Our choice: enough to guide there, and less than following it."""
 _MOST_POINTS = 400
 """Largest number of points of a sampled path. Our choice: the distance to each is computed at every step."""
-_AHEAD = 2.0
-"""Largest advance along the path in one step, in units of `within_m`. Our choice: a faster motion does not follow the
-path, and a path that comes back near itself cannot be cut short."""
+_AHEAD_POINTS = 4
+"""Largest advance along the path in one control step, in points of the sampled path: twice `within_m`. Our choice: a
+faster motion does not follow the path, and a path that comes back near itself cannot be cut short."""
 
 
 class Follow(Goal):
@@ -106,7 +106,7 @@ class Follow(Goal):
         return self.within_m / 2
 
     @cached_property
-    def _line_m(self) -> FloatArray:
+    def line_m(self) -> FloatArray:
         """Points along the path, at most half a tolerance apart, (m, 3) [m]."""
         corners = np.array(self.path_m)
         pieces = [
@@ -114,6 +114,16 @@ class Follow(Goal):
             for one, other, length in zip(corners, corners[1:], self._lengths_m, strict=False)
         ]
         return np.concatenate([*pieces, corners[-1:]])
+
+    def fewest_steps_near(self, marked: BoolArray) -> int:
+        """Return the smallest number of control steps that end near marked points if the whole path is followed.
+
+        Args:
+            marked: Whether each point of `line_m` is marked, (m,).
+        """
+        runs = (len(list(run)) for is_marked, run in groupby(marked.tolist()) if is_marked)
+        # the first point may be reached before the first step
+        return sum((length - 1) // _AHEAD_POINTS for length in runs)
 
     def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
         tip = TaskSensor(name=f"{tag}_tip", quantity="position")
@@ -137,25 +147,24 @@ class Follow(Goal):
         return self.update(seen, {"index": np.full(seen.n, -1.0)})
 
     def update(self, seen: Seen, state: TaskState) -> TaskState:
-        line, index = self._line_m, state["index"]
-        ahead = int(np.ceil(_AHEAD * self.within_m / self._step_m))
+        line, index = self.line_m, state["index"]
         distance_m = length_m(self._follower_m(seen)[:, None] - line[None])
         number = np.arange(len(line))[None]
-        last = np.where(index < 0, 0, index + ahead)[:, None]  # following begins at the first point
+        last = np.where(index < 0, 0, index + _AHEAD_POINTS)[:, None]  # following begins at the first point
         reached = (distance_m <= self.within_m) & (number > index[:, None]) & (number <= last)
         farthest = np.where(reached, number, -1).max(axis=1)
         return {"index": np.maximum(index, farthest).astype(float)}
 
     def observe(self, seen: Seen, state: TaskState) -> FloatArray:
-        line, at = self._line_m, np.maximum(state["index"], 0).astype(int)
+        line, at = self.line_m, np.maximum(state["index"], 0).astype(int)
         there = line[at]
-        ahead = line[np.minimum(at + round(2 * _AHEAD * self.within_m / self._step_m), len(line) - 1)]
+        ahead = line[np.minimum(at + 2 * _AHEAD_POINTS, len(line) - 1)]
         share = np.maximum(state["index"], 0)[:, None] / (len(line) - 1)
         columns = [self._follower_m(seen) - there, ahead - there, share]
         return np.concatenate([*columns, seen["tip"] - seen["position"]] if self.target else columns, axis=1)
 
     def progress(self, seen: Seen, state: TaskState) -> FloatArray:
-        line, index = self._line_m, state["index"]
+        line, index = self.line_m, state["index"]
         followed = np.maximum(index, 0) / (len(line) - 1)
         away_m = length_m(self._follower_m(seen) - line[np.maximum(index, 0).astype(int)])
         done = _NEAR * closeness(away_m, within=self.within_m, margin=MARGIN_M) + (1.0 - _NEAR) * followed
@@ -167,8 +176,8 @@ class Follow(Goal):
 
     def is_met(self, seen: Seen, state: TaskState) -> BoolArray:
         """Return whether the whole path was followed and the follower is still at its end, (n,)."""
-        at_end = length_m(self._follower_m(seen) - self._line_m[-1]) <= self.within_m
-        return np.asarray((state["index"] >= len(self._line_m) - 1) & at_end)
+        at_end = length_m(self._follower_m(seen) - self.line_m[-1]) <= self.within_m
+        return np.asarray((state["index"] >= len(self.line_m) - 1) & at_end)
 
     def _follower_m(self, seen: Seen) -> FloatArray:
         return seen["position" if self.target else "tip"]

@@ -19,7 +19,7 @@ from aidsr.tasks.goals.alone import Alone, play_alone, refuse
 from aidsr.tasks.goals.buried import refuse_buried, refuse_buried_corners
 from aidsr.tasks.goals.contradictions import refuse_contradictions
 from aidsr.tasks.goals.goal import Goal, check_speed
-from aidsr.tasks.goals.limits import TOLERATED_S, AnyLimit
+from aidsr.tasks.goals.limits import ROUNDING_S, TOLERATED_S, AnyLimit
 from aidsr.tasks.goals.reading import AnyGoal
 from aidsr.tasks.goals.seen import Seen
 from aidsr.tasks.goals.stages import Stages
@@ -194,7 +194,7 @@ class GoalTask(Task):
 
     def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
         met = self.goal.is_met(self._seen(readings), state)
-        return met & (state[_BEYOND] <= TOLERATED_S + 1e-9) if self.goal.limits else met
+        return met & (state[_BEYOND] <= TOLERATED_S + ROUNDING_S) if self.goal.limits else met
 
 
 class EndingGoalTask(GoalTask):

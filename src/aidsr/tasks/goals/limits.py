@@ -22,6 +22,8 @@ _WHO = {ROBOT: "robot", PART: "functional part"}
 
 TOLERATED_S = 0.2
 """Total time for which limits may be exceeded in a successful episode [s]. Our choice: one impact, not several."""
+ROUNDING_S = 1e-9
+"""Tolerance of this time, because the sum of many time steps has a rounding error [s]."""
 _FULL_MM = 20.0
 """Depth in a forbidden region at which the violation is 1 [mm]. Our choice: a limb of this size is then all inside."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from typing import Self
 
 import numpy as np
@@ -82,6 +83,15 @@ class Region(Artifact):
         beyond = np.abs(away) - np.array(self.size_m) / 2
         outside = np.linalg.norm(np.maximum(beyond, 0.0), axis=-1)
         return np.asarray(outside + np.minimum(beyond.max(axis=-1), 0.0))
+
+    def lies_in(self, other: Region) -> bool:
+        """Return whether every point of the region is inside another one; False unless both have a `center_m`."""
+        if self.center_m is None or other.center_m is None:
+            return False
+        points_m, margin_m = np.array([self.center_m]), self.radius_m or 0.0
+        if self.size_m is not None:
+            points_m = points_m + np.array(list(product((-0.5, 0.5), repeat=3))) * self.size_m
+        return bool((other.depth_m(points_m[None], np.array([other.center_m])) < -margin_m).all())
 
     def nearest_m(self, point_m: FloatArray) -> FloatArray:
         """Return the point of the region nearest to a given point, (3,) [m]; only with a `center_m`."""
