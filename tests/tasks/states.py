@@ -72,11 +72,11 @@ def delicate_grasping(task, seen, raised_m=0.1001, **grip):
     return altered(seen, _held(seen, (0.0, 0.0, raised_m), (0.0, 0.0, raised_m), **grip)), {}
 
 
-def zero_gravity_grasping(task, seen, time_s=3.0, drift_m_s=0.0199, touched=True, left=0.0, **grip):
+def zero_gravity_grasping(task, seen, time_s=3.0, drift_m_s=0.0199, touched=True, moved_m=0.0499, **grip):
     mount_m_s = np.array([0.0, 0.0, 0.05])
     sensors = {"object_velocity": mount_m_s + np.array([drift_m_s, 0.0, 0.0]), "mount_velocity": mount_m_s}
     sensors |= {"grip": touches(*[0.3] * touched), **_held(seen, **grip)}
-    return altered(seen, sensors, time_s=time_s), {"left": left}
+    return altered(seen, sensors, time_s=time_s), {"moved_m": moved_m}
 
 
 def dynamic_catching(task, seen, away_m=0.1501, closest_m=0.0, touched=1.0, caught_s=2.5, kept=1.0):

@@ -111,13 +111,14 @@ class ZeroGravityGrasping(CarriageTask):
         return np.column_stack([super().observe(readings, state), readings["object_spin"]])
 
     def reset_state(self, readings: Readings) -> TaskState:
-        return {"held": _from_mount_m(readings), "left": np.zeros(readings.n)}
+        return {"held": _from_mount_m(readings), "moved_m": np.zeros(readings.n)}
 
     def update_state(self, readings: Readings, state: TaskState) -> TaskState:
-        # "held": position of the object relative to the mount when the carriage began to draw back
+        # "held": position of the object relative to the mount when the carriage began to draw back; "moved_m": its
+        # largest displacement from there since then
         held = np.where((readings.time_s < RETREAT_S)[:, None], _from_mount_m(readings), state["held"])
-        left = np.linalg.norm(_from_mount_m(readings) - held, axis=1) >= KEPT_M
-        return {"held": held, "left": np.maximum(state["left"], left)}
+        moved_m = np.linalg.norm(_from_mount_m(readings) - held, axis=1)
+        return {"held": held, "moved_m": np.maximum(state["moved_m"], moved_m)}
 
     def progress(self, readings: Readings, state: TaskState) -> FloatArray:
         del state
@@ -126,11 +127,11 @@ class ZeroGravityGrasping(CarriageTask):
         return 0.3 * approach(readings) + 0.3 * opposition + 0.4 * opposition * still
 
     def conditions(self, readings: Readings, state: TaskState) -> tuple[Condition, ...]:
-        moved_m = np.linalg.norm(_from_mount_m(readings) - state["held"], axis=1)
+        moved_mm = 1000 * state["moved_m"]
         return (
             *grip_conditions(readings),
             Condition("speed against the mount", _relative_m_s(readings), STILL_M_S, at_least=False, unit="m/s"),
-            Condition("moved in the grip", 1000 * moved_m, 1000 * KEPT_M, at_least=False, unit="mm"),
+            Condition("moved in the grip", moved_mm, 1000 * KEPT_M, at_least=False, unit="mm"),
         )
 
     def violation(self, readings: Readings) -> FloatArray:
@@ -141,7 +142,7 @@ class ZeroGravityGrasping(CarriageTask):
         return away_m(readings) >= LOST_M
 
     def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
-        touched = readings.contacts("grip").found.any(axis=1) & (state["left"] == 0)
+        touched = readings.contacts("grip").found.any(axis=1) & (state["moved_m"] < KEPT_M)
         return np.asarray((readings.time_s >= RETREAT_S) & touched & (_relative_m_s(readings) < STILL_M_S))
 
 
