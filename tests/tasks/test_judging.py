@@ -47,15 +47,24 @@ class Quits(ButtonPushing):
         return readings.scalar("button_travel") > 1.0
 
 
-def test_a_task_that_ends_episodes_as_lost_must_say_when():
-    with pytest.raises(UserError, match=r'"test/quits" defines is_failure without a sentence: set Criteria\.failure'):
-        Quits.at("standard").judging()
+class Rules(ButtonPushing):
+    name = "test/rules"
+
+    def losses(self, readings, state):
+        return {**super().losses(readings, state), "Pushed too far.": readings.scalar("button_travel") > 1.0}
+
+
+@pytest.mark.parametrize(("task", "method"), [(Quits, "is_failure"), (Rules, "losses")])
+def test_a_task_that_ends_episodes_as_lost_must_say_when(task, method):
+    says = rf'"{task.name}" defines {method} without a sentence: set Criteria\.failure'
+    with pytest.raises(UserError, match=says):
+        task.at("standard").judging()
 
 
 def test_only_tasks_that_can_be_lost_say_when():
     for name in TASKS:
         task = load_task(name)
-        assert bool(task.criteria.failure) == (type(task).is_failure is not Task.is_failure)
+        assert bool(task.criteria.failure) == type(task).can_be_lost()
 
 
 def test_criteria_are_what_a_subclass_makes_of_them():

@@ -55,6 +55,31 @@ class Dial(Task):
         return readings.scalar("dial") > 2
 
 
+@dataclass(frozen=True)
+class DialOfRules(Dial):
+    """The same by rules, each with its sentence."""
+
+    is_failure = Task.is_failure
+
+    def losses(self, readings, state):
+        return {**super().losses(readings, state), "Beyond 2.": readings.scalar("dial") > 2}
+
+
+@dataclass(frozen=True)
+class DialOfBoth(DialOfRules):
+    """One more way to lose, beside the rules."""
+
+    def is_failure(self, readings, state):
+        return super().is_failure(readings, state) | (readings.scalar("dial") < -1)
+
+
+@dataclass(frozen=True)
+class EndlessDial(Dial):
+    """Never lost."""
+
+    is_failure = Task.is_failure
+
+
 DIAL = Dial()
 NO_ACTION = np.zeros((2, 3))
 
@@ -66,6 +91,23 @@ def at(*dials: float) -> Readings:
         length_m=0.3,
         sample_dt_s=0.002,
     )
+
+
+@pytest.mark.parametrize(
+    ("task", "lost", "rules"),
+    [
+        (Dial, [True, False, False], ["Beyond 2."]),
+        (DialOfRules, [True, False, False], ["Beyond 2."]),
+        (DialOfBoth, [True, False, True], ["Beyond 2."]),
+        (EndlessDial, [False, False, False], []),
+    ],
+)
+def test_an_episode_is_lost_by_whichever_of_the_two_methods_a_task_defines(task, lost, rules):
+    readings = at(2.1, 1.9, -1.1)
+    state, result = score(task(), reset(task(), at(0.0, 0.0, 0.0)), readings, np.zeros((3, 1)))
+    assert result.failure.tolist() == lost
+    assert list(task().losses(readings, state.task_state)) == rules
+    assert task.can_be_lost() == any(lost)
 
 
 def test_reward_is_ten_times_the_gain_in_progress():

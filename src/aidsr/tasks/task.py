@@ -190,8 +190,9 @@ class Task(ABC):
             UserError: The task can end an episode as lost, but its criteria do not say when.
         """
         criteria = self.criteria
-        if type(self).is_failure is not Task.is_failure and not criteria.failure:
-            raise UserError(f'task "{self.name}" defines is_failure without a sentence: set Criteria.failure')
+        if self.can_be_lost() and not criteria.failure:
+            method = "losses" if type(self).is_failure is Task.is_failure else "is_failure"
+            raise UserError(f'task "{self.name}" defines {method} without a sentence: set Criteria.failure')
         facts = {
             "Episodes differ": criteria.variation,
             "Success": f"{criteria.success} Held for {self.hold_s:g} s.",
@@ -284,13 +285,24 @@ class Task(ABC):
     def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
         """Return whether the goal is met at this moment, (n,); `scoring` requires that it is met for `hold_s`."""
 
+    @classmethod
+    def can_be_lost(cls) -> bool:
+        """Return whether the task can end an episode as lost: it defines `is_failure` or `losses`."""
+        return cls.is_failure is not Task.is_failure or cls.losses is not Task.losses
+
     def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
-        """Return whether the episode is irrecoverably lost, (n,)."""
-        del state
-        return np.zeros(readings.n, dtype=np.bool_)
+        """Return whether the episode is irrecoverably lost, (n,): by any of `losses`. A task defines one of the two."""
+        lost = np.zeros(readings.n, dtype=np.bool_)
+        if type(self).losses is not Task.losses:
+            for by_rule in self.losses(readings, state).values():
+                lost |= by_rule
+        return lost
 
     def losses(self, readings: Readings, state: TaskState) -> dict[str, BoolArray]:
         """Return `is_failure` for each rule, by the sentence of the rule, (n,) each; for tasks with several rules."""
+        # a task that defines this method itself gets no rule from here: they would be asked for each other without end
+        if type(self).losses is not Task.losses or type(self).is_failure is Task.is_failure:
+            return {}
         return {self.criteria.failure: self.is_failure(readings, state)}
 
     def passed_limits(self, state: TaskState) -> tuple[ExceededLimit, ...]:

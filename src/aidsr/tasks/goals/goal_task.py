@@ -200,9 +200,6 @@ class GoalTask(Task):
 class EndingGoalTask(GoalTask):
     """Task of a goal that can be lost before the time limit."""
 
-    def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
-        return np.asarray(np.any(list(self.losses(readings, state).values()), axis=0))
-
     def losses(self, readings: Readings, state: TaskState) -> dict[str, BoolArray]:
         return self.goal.losses(self._seen(readings), state)
 

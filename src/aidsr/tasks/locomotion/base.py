@@ -57,9 +57,6 @@ class LaneTask(Task, ABC):
         del state
         return {OUT_OF_LANE: np.abs(in_lane(readings)[:, 1]) >= LANE_HALF_WIDTH_M + OUTSIDE_M}
 
-    def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
-        return np.asarray(np.any(list(self.losses(readings, state).values()), axis=0))
-
 
 def in_lane(readings: Readings) -> FloatArray:
     """Return the position of the centre of mass along the lane, to its left, and above the ground, (n, 3) [m]."""

@@ -151,9 +151,6 @@ class DrawerOpening(Task):
     def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
         return (state["stage"] >= ALL_STAGES) & (openings_m(readings) <= SHUT_M).all(axis=1)
 
-    def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
-        return np.asarray(np.any(list(self.losses(readings, state).values()), axis=0))
-
     def losses(self, readings: Readings, state: TaskState) -> dict[str, BoolArray]:
         return {AMONG: state["among"] > 0.0, OUT_OF_TURN: out_of_turn(readings, state)}
 
