@@ -65,6 +65,18 @@ class Outline:
     """Share of the body's length that each sphere stands for, (p,). The sum is 1, or less if much of the body cannot
     touch anything and so has no sphere."""
 
+    def foremost_m(self, along_m: FloatArray) -> FloatArray:
+        """Return the position of the foremost point of the surface along a line, (n,) [m].
+
+        Args:
+            along_m: Positions of the spheres' centres along the line, (n, p) [m].
+        """
+        return np.asarray((along_m + self.radius_m).max(axis=1))
+
+    def rearmost_m(self, along_m: FloatArray) -> FloatArray:
+        """Return the position of the rearmost point of the surface along a line, (n,) [m]; see `foremost_m`."""
+        return np.asarray((along_m - self.radius_m).min(axis=1))
+
 
 @dataclass(frozen=True)
 class Readings:

@@ -9,10 +9,17 @@ import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.condition import Condition
-from aidsr.tasks.grasping.base import approach, grip_conditions, raised_condition
+from aidsr.tasks.grasping.base import (
+    LIFT_PROGRESS,
+    RAISED_M,
+    grip_conditions,
+    lift_progress,
+    raised_condition,
+    raised_m,
+)
 from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
-from aidsr.tasks.shaping import excess, share
+from aidsr.tasks.shaping import excess
 from aidsr.tasks.task import FORCE_SCALE_N, Criteria, Feature, Task, TaskState, span
 from aidsr.tasks.variation import Change, Variation, shift_words, solid
 
@@ -25,7 +32,6 @@ ABOVE_M = (0.15, 0.30, 0.40)
 """Heights of the mount above the bowl's bottom: lowest, at the start, highest [m]."""
 HALF_SIZE_M = (0.022, 0.030)
 OFFSET_M = 0.01
-RAISED_M = 0.10
 OUTSIDE_M = 0.12
 """Distance from the bowl's axis at which a ball below the rim has fallen out [m]."""
 MAX_FORCE_N = 15.0
@@ -81,7 +87,7 @@ class BallFromBowl(Task):
                 f"Half size {span(HALF_SIZE_M, 1000)} mm, mass {span(self._mass_kg, 1000)} g, the bowl and the ball in "
                 f"it each +-{1000 * OFFSET_M:g} mm to each side."
             ),
-            progress="Three tenths for coming near, three for holding it from opposite sides, four for its height.",
+            progress=LIFT_PROGRESS,
             success=f"The ball is at least {RAISED_M:.2f} m higher than it lay.",
             violation=f"More than {MAX_FORCE_N:g} N on the ball, or it is outside the bowl.",
             failure="The ball lies outside the bowl.",
@@ -116,7 +122,7 @@ class BallFromBowl(Task):
                 readings["object_velocity"],
                 readings["object_position"] - readings["mount_position"],
                 readings["base_z_position"],
-                _raised_m(readings, state) / RAISED_M,
+                raised_m(readings, state) / RAISED_M,
                 grip.force_n.max(axis=1) / FORCE_SCALE_N,
                 grip.opposition(),
             ]
@@ -126,26 +132,20 @@ class BallFromBowl(Task):
         return {"start": readings["object_position"]}
 
     def progress(self, readings: Readings, state: TaskState) -> FloatArray:
-        raised = share(_raised_m(readings, state), RAISED_M)
-        return 0.3 * approach(readings) + 0.3 * readings.contacts("grip").opposition() + 0.4 * raised
+        return lift_progress(readings, state)
 
     def conditions(self, readings: Readings, state: TaskState) -> tuple[Condition, ...]:
-        return (*grip_conditions(readings), raised_condition(_raised_m(readings, state), RAISED_M))
+        return (*grip_conditions(readings), raised_condition(raised_m(readings, state), RAISED_M))
 
     def violation(self, readings: Readings) -> FloatArray:
         return np.maximum(_outside(readings), excess(readings.peak_contact_n("grip"), MAX_FORCE_N))
 
     def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
-        return _raised_m(readings, state) >= RAISED_M
+        return raised_m(readings, state) >= RAISED_M
 
     def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
         del state
         return _outside(readings)
-
-
-def _raised_m(readings: Readings, state: TaskState) -> FloatArray:
-    """Return the height of the ball above its start, (n,) [m]."""
-    return np.asarray(readings["object_position"][:, 2] - state["start"][:, 2])
 
 
 def _outside(readings: Readings) -> BoolArray:

@@ -80,8 +80,7 @@ class LiftTask(CarriageTask, ABC):
         return {"start": state["start"], "lifted": lifted.astype(np.float64), "held": held}
 
     def progress(self, readings: Readings, state: TaskState) -> FloatArray:
-        raised = share(raised_m(readings, state), RAISED_M)
-        return 0.3 * approach(readings) + 0.3 * readings.contacts("grip").opposition() + 0.4 * raised
+        return lift_progress(readings, state)
 
     def conditions(self, readings: Readings, state: TaskState) -> tuple[Condition, ...]:
         return (*grip_conditions(readings), raised_condition(raised_m(readings, state), RAISED_M))
@@ -101,9 +100,15 @@ class LiftTask(CarriageTask, ABC):
         )
 
 
-def approach(readings: Readings) -> FloatArray:
+def nearness(readings: Readings) -> FloatArray:
     """Return the nearness of the functional part to the object, 0 to 1, (n,)."""
     return closeness(away_m(readings), within=_NEAR_M, margin=0.2)
+
+
+def lift_progress(readings: Readings, state: TaskState) -> FloatArray:
+    """Return the progress of raising an object in a grip, 0 to 1, (n,); see `LIFT_PROGRESS`."""
+    raised = share(raised_m(readings, state), RAISED_M)
+    return 0.3 * nearness(readings) + 0.3 * readings.contacts("grip").opposition() + 0.4 * raised
 
 
 def grip_conditions(readings: Readings) -> tuple[Condition, Condition]:

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from aidsr.tasks.condition import Condition
-from aidsr.tasks.grasping.base import CarriageTask, approach, away_m, grip_conditions
+from aidsr.tasks.grasping.base import CarriageTask, away_m, grip_conditions, nearness
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import closeness, excess
 from aidsr.tasks.task import FORCE_SCALE_N, Criteria, Feature, TaskState, span
@@ -124,7 +124,7 @@ class ZeroGravityGrasping(CarriageTask):
         del state
         opposition = readings.contacts("grip").opposition()
         still = closeness(_relative_m_s(readings), within=STILL_M_S, margin=0.1)
-        return 0.3 * approach(readings) + 0.3 * opposition + 0.4 * opposition * still
+        return 0.3 * nearness(readings) + 0.3 * opposition + 0.4 * opposition * still
 
     def conditions(self, readings: Readings, state: TaskState) -> tuple[Condition, ...]:
         moved_mm = 1000 * state["moved_m"]

@@ -36,12 +36,12 @@ class OneWayTask(LaneTask, ABC):
 
 def front_m(readings: Readings) -> FloatArray:
     """Return the position of the foremost part along the lane, (n,) [m]."""
-    return np.asarray((outline_in_lane(readings)[:, :, 0] + readings.body.radius_m).max(axis=1))
+    return readings.body.foremost_m(outline_in_lane(readings)[:, :, 0])
 
 
 def rear_m(readings: Readings) -> FloatArray:
     """Return the position of the rearmost part along the lane, (n,) [m]."""
-    return np.asarray((outline_in_lane(readings)[:, :, 0] - readings.body.radius_m).min(axis=1))
+    return readings.body.rearmost_m(outline_in_lane(readings)[:, :, 0])
 
 
 def starts_beyond(readings: Readings, begin_m: float) -> FloatArray:

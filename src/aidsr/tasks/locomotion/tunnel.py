@@ -108,8 +108,7 @@ class Tunnel(LaneTask):
         return Variation((*tunnel_changes(bend_rad, height_m), rough), parameters, words)
 
     def observe(self, readings: Readings, state: TaskState) -> FloatArray:
-        along_m = _outline_along_m(readings)
-        ends = [_rear_m(readings), (along_m + readings.body.radius_m).max(axis=1)]
+        ends = [_rear_m(readings), readings.body.foremost_m(_outline_along_m(readings))]
         height = readings.parameters["height_m"] / HEIGHT_M
         base = super().observe(readings, state)
         return np.column_stack([base, *ends, readings.parameters["bend_rad"], height])
@@ -140,7 +139,7 @@ def _outline_along_m(readings: Readings) -> FloatArray:
 
 def _rear_m(readings: Readings) -> FloatArray:
     """Return the position of the rearmost part along the tunnel, (n,) [m]."""
-    return np.asarray((_outline_along_m(readings) - readings.body.radius_m).min(axis=1))
+    return readings.body.rearmost_m(_outline_along_m(readings))
 
 
 def tunnel_changes(bend_rad: float, height_m: float) -> tuple[Change, ...]:

@@ -127,7 +127,7 @@ class DrawerOpening(Task):
 
     def reset_state(self, readings: Readings) -> TaskState:
         outline, bars_m = readings.body, np.min([readings[f"{drawer}_position"][:, 0] for drawer in DRAWERS], axis=0)
-        front_m = (outline.center_m[:, :, 0] + outline.radius_m).max(axis=1)
+        front_m = outline.foremost_m(outline.center_m[:, :, 0])
         return {"stage": np.zeros(readings.n), "among": np.asarray(front_m > bars_m - BAR_RADIUS_M, dtype=np.float64)}
 
     def update_state(self, readings: Readings, state: TaskState) -> TaskState:
