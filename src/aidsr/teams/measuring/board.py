@@ -23,7 +23,7 @@ from aidsr.mjcf.condense import condense
 from aidsr.teams.llm.prompts import render
 from aidsr.teams.measuring.calls import calls_as_text, results_as_text
 from aidsr.teams.measuring.exploration import Exploration
-from aidsr.teams.measuring.records import Exchange, ToolRecord
+from aidsr.teams.measuring.records import MEASURES, Exchange, ToolRecord
 from aidsr.teams.measuring.toolbox import Toolbox
 
 IN_FULL = 1
@@ -36,7 +36,6 @@ _LINE, _NOTE, _SCRIPT = 150, 300, 400
 _MOST_LINES = 8
 """Maximum number of older results of one body. Our choice."""
 _INDENT = re.compile(r"\n\s+")
-_MEASURES = ("measure", "play", "probe", "sweep", "train")
 
 
 @dataclass(frozen=True)
@@ -174,7 +173,7 @@ class Board:
         if scenes:
             placed = (f"{one.made} {_rest(one.headline).partition(';')[0]}" for one in scenes)
             lines[0] += f"; placed as {', '.join(placed)}"
-        about = [one for one in self._done if one.name in _MEASURES and self._robot_of(one.subject) == robot]
+        about = [one for one in self._done if one.name in MEASURES and self._robot_of(one.subject) == robot]
         older = [one for one in about if id(one) not in self._in_full]
         best = self._best(about)
         line_of_work = at_work or any(robot in self._ancestors(name) for name in self.worked_on())

@@ -15,12 +15,11 @@ from pydantic import Field, create_model
 from aidsr.core.artifacts import SUCCESSFUL_SHARE
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import excerpt
-from aidsr.teams.measuring.own_tools import proposed_families
-from aidsr.teams.measuring.records import ToolRecord
+from aidsr.teams.measuring.own_tools import family_names, proposed_families
+from aidsr.teams.measuring.records import MEASURES, ToolRecord
 from aidsr.tools import TOOLS, Result, Tool, Workspace
 from aidsr.tools.probing import MEAN_PROGRESS
 
-_MEASURES = ("measure", "play", "probe", "train", "sweep")
 HOPELESS = 3
 """Number of robots without a measurement after which a family need not be measured. Our choice: a first robot and two
 attempts to repair it."""
@@ -30,7 +29,7 @@ _BETTER = 0.05
 
 def _validate(workspace: Workspace, *, family: str, **arguments: Any) -> Result:
     """Validate a robot of one of the proposed families."""
-    known = proposed_families(workspace)
+    known = family_names(each.name for each in proposed_families(workspace))
     if family.strip().lower() not in known:
         raise UserError(
             f'no family "{excerpt(family)}" was proposed; families: {", ".join(known)}; propose again to add one'
@@ -66,31 +65,26 @@ class Exploration:
         """Return the family of each robot and scene, by its name; robots that were not validated here have none."""
         found: dict[str, str] = {}
         for record in self.done:
-            made = record.text.partition(":")[0]
             if record.name == "validate":
-                found[made] = str(record.values.get("family", "")).strip().lower()
+                found[record.made] = str(record.values.get("family", "")).strip().lower()
             elif record.name in ("edit", "fix", "assemble") and record.values.get("robot") in found:
-                found[made] = found[record.values["robot"]]
+                found[record.made] = found[record.values["robot"]]
         return found
 
     def measured(self) -> set[str]:
         """Return the names of the robots and scenes that were measured, and of the robots of these scenes."""
-        robots = {
-            record.text.partition(":")[0]: str(record.values["robot"])
-            for record in self.done
-            if record.name == "assemble"
-        }
+        robots = {record.made: str(record.values["robot"]) for record in self.done if record.name == "assemble"}
         found = {
             str(record.values.get("scene") or record.values.get("subject"))
             for record in self.done
-            if record.name in _MEASURES
+            if record.name in MEASURES
         }
         return found | {robots[name] for name in found if name in robots}
 
     def proposed(self) -> list[str]:
         """Return the families of the last proposal, in lower case; empty before the first proposal."""
         asked = next((record.values["families"] for record in reversed(self.done) if record.name == "propose"), ())
-        return list(dict.fromkeys(str(family["name"]).strip().lower() for family in asked))
+        return family_names(str(family["name"]) for family in asked)
 
     def unmeasured(self) -> list[str]:
         """Return the proposed families without a measured body, except those with `HOPELESS` or more robots."""

@@ -5,6 +5,8 @@ The docstrings of these three functions and of `Family` are sent to the model as
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import Field, TypeAdapter
@@ -46,11 +48,11 @@ def propose(
     families: Annotated[tuple[Family, ...], Field(description="Four or more that differ in kind.")],
 ) -> Result:
     """Say which families of bodies could do the job, before any is written."""
-    names = list(dict.fromkeys(family.name.strip().lower() for family in families))
+    names = family_names(family.name for family in families)
     if len(names) < FEWEST_FAMILIES:
         raise UserError(f"{len(names)} families; propose at least {FEWEST_FAMILIES} of different names")
     workspace.folder.mkdir(parents=True, exist_ok=True)
-    (workspace.folder / "families.json").write_bytes(_FAMILIES.dump_json(families, indent=2))
+    _families_path(workspace).write_bytes(_FAMILIES.dump_json(families, indent=2))
     return Result(text=f"noted: {', '.join(names)}")
 
 
@@ -108,14 +110,21 @@ def require_stable(workspace: Workspace, scene: str) -> None:
 
 def has_families(workspace: Workspace) -> bool:
     """Whether families were proposed."""
-    return (workspace.folder / "families.json").is_file()
+    return _families_path(workspace).is_file()
 
 
-def proposed_families(workspace: Workspace) -> list[str]:
-    """Return the proposed families, in lower case; empty before the first proposal."""
-    path = workspace.folder / "families.json"
-    families = _FAMILIES.validate_json(path.read_bytes()) if path.is_file() else ()
-    return list(dict.fromkeys(family.name.strip().lower() for family in families))
+def proposed_families(workspace: Workspace) -> tuple[Family, ...]:
+    """Return the families of the last proposal; empty before the first one."""
+    return _FAMILIES.validate_json(_families_path(workspace).read_bytes()) if has_families(workspace) else ()
+
+
+def family_names(names: Iterable[str]) -> list[str]:
+    """Return names of families as they are compared: in lower case, each once."""
+    return list(dict.fromkeys(name.strip().lower() for name in names))
+
+
+def _families_path(workspace: Workspace) -> Path:
+    return workspace.folder / "families.json"
 
 
 def chosen(workspace: Workspace, which: str) -> Chosen | None:

@@ -19,6 +19,8 @@ TOOLS_FOLDER, WORK_FOLDER = "tools", "work"
 """Subfolders of an iteration's folder: for the recorded calls, and for the robots and scenes that they made."""
 FREE = ("propose", "keep", "finish", "read")
 """Tools whose calls are not counted and are allowed when no calls are left."""
+MEASURES = ("measure", "play", "probe", "train", "sweep")
+"""Tools that measure a robot or a scene."""
 _MADE = re.compile(r"((?:robot|scene)_\d+):")
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +14,7 @@ from aidsr.runs import Run
 from aidsr.tasks import Level
 from aidsr.teams.llm.describe_environment import describe_environment
 from aidsr.teams.llm.prompts import render
-from aidsr.teams.measuring.own_tools import Chosen, chosen, write_chosen
+from aidsr.teams.measuring.own_tools import Chosen, chosen, proposed_families, write_chosen
 from aidsr.teams.measuring.records import TOOLS_FOLDER, WORK_FOLDER
 from aidsr.teams.measuring.session import Session
 from aidsr.teams.measuring.toolbox import Toolbox, ToolBudget
@@ -149,7 +148,9 @@ class _Roles:
         )
         found = Session(self.model, toolbox, self.text_tools).run(start)
         script = toolbox.exploration.script_for(found.scene)
-        return _result(workspace, found).model_copy(update={"script": script})
+        if chosen(workspace, "finished") is None:
+            write_chosen(workspace, "finished", found)
+        return _robot_of(workspace, found).model_copy(update={"script": script})
 
 
 def _first_robot(workspace: Workspace, robot: Robot) -> str:
@@ -168,13 +169,10 @@ def _words(feedback: Feedback | None) -> str:
     return ""
 
 
-def _result(workspace: Workspace, found: Chosen) -> Robot:
-    """Record the scene with which a session ended, and return its robot, with the reason for the end in its notes."""
-    if chosen(workspace, "finished") is None:
-        write_chosen(workspace, "finished", found)
+def _robot_of(workspace: Workspace, found: Chosen) -> Robot:
+    """Return the robot of the scene with which a session ended, with the reason for the end in its notes."""
     robot = workspace.robot(workspace.record(found.scene).robot)
-    families = json.loads((workspace.folder / "families.json").read_bytes())
-    proposed = ", ".join(family["name"] for family in families)
+    proposed = ", ".join(family.name for family in proposed_families(workspace))
     why = found.why if found.measured else f"Kept, not measured again: {found.why}"
     return robot.model_copy(
         update={"notes": f"{found.ended} {why.rstrip('.')}. Families proposed: {proposed}.".strip()}
