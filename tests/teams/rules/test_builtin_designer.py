@@ -204,6 +204,9 @@ def test_a_robot_brought_along_is_kept_and_varied() -> None:
     assert len({r.mjcf for r in robots}) == 3
     softer = team.designer.revise(asked, concepts[0], robots[0], "too stiff")
     assert softer.parameters["stiffness_factor"] == pytest.approx(0.8)
+    # the words are those of the built-in families; a length is not changed, nor what grows with it
+    gentler = team.designer.revise(asked, concepts[0], robots[0], "longer, more flexible, gentler")
+    assert gentler.parameters == pytest.approx({"stiffness_factor": 0.8, "force_factor": 0.8})
 
 
 def test_all_versions_of_a_robot_brought_along_differ_and_say_by_how_much() -> None:

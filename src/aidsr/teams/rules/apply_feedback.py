@@ -15,7 +15,7 @@ P = TypeVar("P", bound=Parameters)
 _MORE, _LESS = 1.25, 0.8
 """Factors by which one word changes a parameter. Our choice: a visible change that stays close to what worked."""
 
-_WORDS: tuple[tuple[str, tuple[Quantity, ...], float], ...] = (
+WORDS: tuple[tuple[str, tuple[Quantity, ...], float], ...] = (
     # A longer limb of the same stiffness would bend and sag more, so its stiffness grows with its length.
     (r"longer|too short|reach(es)? only|farther|further", ("length", "stiffness"), _MORE),
     (r"shorter|too long", ("length", "stiffness"), _LESS),
@@ -38,7 +38,7 @@ def apply_feedback(parameters: P, feedback: str) -> tuple[P, list[str]]:
     """Return parameters changed as the feedback requests, each within its range, and the requests understood."""
     words, update, understood = feedback.lower(), {}, []
     values: dict[str, Any] = parameters.model_dump()
-    for pattern, quantities, factor in _WORDS:
+    for pattern, quantities, factor in WORDS:
         match = re.search(pattern, words)
         if match and (changed := _multiplied(parameters, quantities, factor)):
             update.update(changed)

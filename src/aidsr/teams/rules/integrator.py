@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-from aidsr.core.artifacts import Brief, Concept, Fault, Placement, Robot, ValidationReport
+from aidsr.core.artifacts import Brief, Concept, Fault, Placement, Robot, ValidationReport, Vec3
 from aidsr.core.errors import IsolationError, MjcfError
 from aidsr.core.roles import Feedback
 from aidsr.sim.measure import measure
@@ -65,7 +65,9 @@ class RuleIntegrator:
         codes = {fault.code: fault for fault in feedback.errors} if isinstance(feedback, ValidationReport) else {}
         blamed = {issue.component for issue in feedback.issues} if not isinstance(feedback, ValidationReport) else set()
         if overlap := codes.get("initial_penetration"):
-            done.append(_step_away(job, brief, placement, overlap, update))
+            change, words = _step_away(job, brief, placement, overlap)
+            update.update(change)
+            done.append(words)
         if {"free_fall", "base_not_attached"} & (codes.keys() | blamed) and job.base != "free":
             update["base"] = "fixed"
             done.append("fixed the base to the mount")
@@ -153,23 +155,23 @@ def _where(job: Job, base: str) -> str:
     return f"It is fixed to {job.mount_name}" + (", which the environment moves." if job.base == "moving" else ".")
 
 
-def _step_away(job: Job, brief: Brief, placement: Placement, fault: Fault, update: dict[str, object]) -> str:
-    """Move the robot one step away from what it overlaps: up from the ground, back from what is in front, or aside.
+def _step_away(job: Job, brief: Brief, placement: Placement, fault: Fault) -> tuple[dict[str, Vec3], str]:
+    """Return how the robot moves one step away from what it overlaps: up from the ground, back, or aside.
 
-    The change is added to `update`. Return a clause that describes it.
+    Returns:
+        The changed field of the placement with its value, and a clause that describes the change.
     """
     x, y, z = placement.position_m
     if placement.base == "free" and set(fault.names) & _ground_names(brief):
-        update["position_m"] = (x, y, round(z + _STEP_M / 4.0, 5))
-        return f"raised it by {250 * _STEP_M:g} mm"
+        return {"position_m": (x, y, round(z + _STEP_M / 4.0, 5))}, f"raised it by {250 * _STEP_M:g} mm"
+    others = ", ".join(fault.names[:2])
     if placement.base == "free":
         step = max(_FREE_STEP_M, abs(x))
-        update["position_m"] = (round(x - step, 5), y, z)
-        return f"set it back by {1000 * step:g} mm from {', '.join(fault.names[:2])}"
+        return {"position_m": (round(x - step, 5), y, z)}, f"set it back by {1000 * step:g} mm from {others}"
     if must_lean(job) and placement.rotation_deg[1]:
         turn = placement.rotation_deg
-        update["rotation_deg"] = (turn[0], turn[1] + _STEP_DEG, turn[2])
-        return f"leaned it {_STEP_DEG:g} deg further aside from {', '.join(fault.names[:2])}"
+        turned = (turn[0], turn[1] + _STEP_DEG, turn[2])
+        return {"rotation_deg": turned}, f"leaned it {_STEP_DEG:g} deg further aside from {others}"
     step = max(_STEP_M, -z)  # as far as all steps before, so that a deep overlap does not use up all attempts
-    update["position_m"] = (x, y, round(z - step, 5))
-    return f"moved it back by {1000 * step:g} mm along the mount's axis from {', '.join(fault.names[:2])}"
+    words = f"moved it back by {1000 * step:g} mm along the mount's axis from {others}"
+    return {"position_m": (x, y, round(z - step, 5))}, words

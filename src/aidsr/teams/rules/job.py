@@ -178,7 +178,7 @@ def _surface(geom: GeomSummary, axis: Vector, start: Vector) -> float:
     offset = np.array(geom.position_m) - start
     along = float(offset @ axis)
     if geom.shape == "plane":
-        return along if abs(axis[2]) > 0.7 and along > 0 else math.inf
+        return along if abs(axis[2]) > _UPRIGHT and along > 0 else math.inf
     if geom.shape == "box" and len(geom.size_m) == 3:
         beside = np.abs(offset - along * axis)
         across = np.array(geom.size_m) * (1.0 - np.abs(axis))

@@ -11,6 +11,7 @@ from aidsr.core.formatting import counted
 from aidsr.mjcf.edit import effective_value, entries, get_numbers, parse, without_prefix
 from aidsr.mjcf.elements import Element
 from aidsr.mjcf.names import ROBOT_PREFIX
+from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.teams.rules.job import Job, read_job
 
 _LEAST_REACH = 0.97
@@ -122,7 +123,7 @@ def _reach(job: Job, scene: Scene, root: Element) -> Iterator[CritiqueIssue]:
 
 def _functional_path(root: Element) -> list[Element]:
     """Return the bodies from the robot's root to its functional part, then the site that marks it; empty if none."""
-    site = next((item for item in root.iter("site") if item.get("name") == "robot/functional_part"), None)
+    site = next((item for item in root.iter("site") if item.get("name") == FUNCTIONAL_SITE), None)
     if site is None:
         return []
     bodies = [body for body in site.iterancestors("body") if (body.get("name") or "").startswith(ROBOT_PREFIX)]

@@ -10,6 +10,8 @@ from aidsr.core.artifacts import Brief, Concept, Robot
 from aidsr.core.errors import MjcfError
 from aidsr.mjcf.edit import parse, scale_forces, scale_springs, to_text
 from aidsr.mjcf.elements import Element
+from aidsr.teams.rules.apply_feedback import WORDS
+from aidsr.teams.rules.families.family import Quantity
 from aidsr.teams.rules.job import read_job
 
 FAMILY = "own robot"
@@ -39,6 +41,10 @@ _WORKING_NAMES = tuple(
     for words in (r"end_?effector|tcp|grasp", r"tip", r"hook|pad|hand|palm|head|gripper")
 )
 """Names that authors use for the part that does the work, the clearest first. Our choice."""
+
+
+_FACTORS: dict[tuple[Quantity, ...], str] = {("stiffness",): "stiffness_factor", ("tension",): "force_factor"}
+"""Quantities that feedback may refer to, with the parameter of a concept that scales each."""
 
 
 def concepts(brief: Brief, count: int) -> tuple[Concept, ...]:
@@ -73,13 +79,9 @@ def _versions() -> Iterator[_Version]:
 def revise(concept: Concept, feedback: str) -> Concept:
     """Return the concept with its two factors changed as the feedback requests."""
     words, parameters = feedback.lower(), dict(concept.parameters)
-    for pattern, name, factor in (
-        (r"stiffer|too soft|sags?\b", "stiffness_factor", 1.25),
-        (r"softer|too stiff", "stiffness_factor", 0.8),
-        (r"stronger|too weak|more force", "force_factor", 1.25),
-        (r"weaker|too strong|less force", "force_factor", 0.8),
-    ):
-        if re.search(pattern, words):
+    for pattern, quantities, factor in WORDS:
+        if quantities in _FACTORS and re.search(pattern, words):
+            name = _FACTORS[quantities]
             parameters[name] = parameters.get(name, 1.0) * factor
     outcome = (
         "Changed as asked."
