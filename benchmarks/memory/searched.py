@@ -32,10 +32,12 @@ from aidsr.learn.episodes.scene import TaskScene
 from aidsr.runs.folders import IterationFolder
 from aidsr.sim.assembly import assemble
 from aidsr.tasks import load_task
-from aidsr.teams.baselines.search import SearchDesigner, vary
+from aidsr.teams.baselines.search import INITIAL_STD, SearchDesigner, Space
 from aidsr.teams.rules.coder import RuleCoder
 from aidsr.teams.rules.designer import RuleDesigner
+from aidsr.teams.rules.families import load_families
 from aidsr.teams.rules.integrator import RuleIntegrator
+from aidsr.teams.rules.job import read_job
 from aidsr.tools.trial import SEEDS, try_scene
 from aidsr.validation import validate
 
@@ -147,7 +149,15 @@ def _concepts(arm: str, brief: Brief, value: Callable[[Brief, Concept], float]) 
         return
     for seed in range(1, 1_000):
         concept = RuleDesigner(seed).propose(brief, 1)[0]
-        yield vary(brief, concept, np.random.default_rng(seed)) if arm == "random" else concept
+        yield _varied(brief, concept, np.random.default_rng(seed)) if arm == "random" else concept
+
+
+def _varied(brief: Brief, concept: Concept, rng: np.random.Generator) -> Concept:
+    """Return a concept of the rules with every searchable parameter drawn anew, as in the search's first generation."""
+    family = load_families()[concept.family]
+    space = Space.around(family.read(concept))
+    point = rng.normal(0.0, INITIAL_STD, len(space.names))
+    return family.concept(space.parameters(point), read_job(brief), concept.interpretation)
 
 
 def _tried(brief: Brief, concept: Concept, first_seed: int) -> float | None:

@@ -104,7 +104,7 @@ def test_a_search_at_work_tells_how_far_it_is(tmp_path: Path) -> None:
     with StudyTable(console, study) as table:
         table.listen(Progress(0, (job,), 0, ()))
         run = create_run(make_brief(task=TASK), arm.config, level="standard", runs=study.home(job.cell))
-        write_search(run, [Generation(concept=1, generation=3, of=4, worths=(0.25, 0.5))])
+        write_search(run, [Generation(concept=1, generation=3, of=4, values=(0.25, 0.5))])
     assert "design search/reaching.button_pushing/1: generation 3 of 4, worth 0.50 (0.25 at first)" in out.getvalue()
 
 

@@ -54,14 +54,15 @@ def test_every_generation_is_told_and_one_that_was_is_not_measured_again(tmp_pat
 
     told: list[Generation] = []
     found = SearchDesigner(3, worth, 32, on_generation=told.append).propose(BRIEF, 1)
-    assert [(each.generation, len(each.worths)) for each in told] == [(0, 1), (1, 8), (2, 8), (3, 8), (4, 8)]
+    assert [(each.generation, len(each.values)) for each in told] == [(0, 1), (1, 8), (2, 8), (3, 8), (4, 8)]
     assert len(tried) == 33, "the budget, beside the rules' own robot"
-    assert max(told[-1].worths) > told[0].worths[0], "the search gets somewhere"
+    assert max(told[-1].values) > told[0].values[0], "the search gets somewhere"
     assert format_search(told).startswith("generation 4 of 4, worth -0.")
     run = Run(tmp_path)
     assert (read_search(run), format_search(())) == ((), "")
     write_search(run, told[:3])
-    before = {(each.concept, each.generation): each.worths for each in read_search(run)}
+    assert '"worths"' in (tmp_path / "search.json").read_text(), "as in files of earlier versions"
+    before = {(each.concept, each.generation): each.values for each in read_search(run)}
     tried.clear()
     assert SearchDesigner(3, worth, 32, before).propose(BRIEF, 1) == found
     assert len(tried) == 16, "what was measured before the interruption is not measured again"

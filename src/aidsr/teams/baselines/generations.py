@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Annotated
+
+from pydantic import AliasChoices, Field
 
 from aidsr.core.artifacts import Artifact
 from aidsr.runs import Run
@@ -21,8 +24,10 @@ class Generation(Artifact):
     """Number of the generation; 0 has only the robot of the rules."""
     of: int
     """Number of the last generation."""
-    worths: tuple[float, ...]
-    """Values of the objective, one for each robot."""
+    values: Annotated[
+        tuple[float, ...], Field(validation_alias=AliasChoices("values", "worths"), serialization_alias="worths")
+    ]
+    """Values of the objective, one for each robot; "worths" in the file."""
 
 
 class _Search(Artifact):
@@ -37,7 +42,7 @@ def read_search(run: Run) -> tuple[Generation, ...]:
 
 def write_search(run: Run, generations: Sequence[Generation]) -> None:
     """Write the generations of a run's search."""
-    content = _Search(generations=tuple(generations)).model_dump_json(indent=2)
+    content = _Search(generations=tuple(generations)).model_dump_json(indent=2, by_alias=True)
     replace_file(run.path / _FILE, content.encode() + b"\n")
 
 
@@ -47,5 +52,5 @@ def format_search(generations: Sequence[Generation]) -> str:
         return ""
     last = generations[-1]
     own = [each for each in generations if each.concept == last.concept]
-    best, first = max(max(each.worths) for each in own), own[0].worths[0]
+    best, first = max(max(each.values) for each in own), own[0].values[0]
     return f"generation {last.generation} of {last.of}, worth {best:.2f} ({first:.2f} at first)"

@@ -35,7 +35,7 @@ from aidsr.validation import validate
 
 _POPULATION = 8
 """Robots of a generation."""
-_INITIAL_STD = 0.15
+INITIAL_STD = 0.15
 """Standard deviation of the logarithm of each parameter in the first generation. Our choice: 15 %."""
 _CANDIDATES = 32
 """Number of motions that the probe tries with one robot. Our choice: a quarter of the probe's default, because the
@@ -69,7 +69,7 @@ def team(
         known: Generations of the same search before it was interrupted.
         on_generation: Function called with every generation when it has been measured.
     """
-    before = {(each.concept, each.generation): each.worths for each in known}
+    before = {(each.concept, each.generation): each.values for each in known}
     designer = SearchDesigner(seed, partial(probe_value, level=level), robots, before, on_generation)
     return Team(designer, RuleCoder(), RuleIntegrator(), RuleJudge())
 
@@ -108,7 +108,7 @@ class SearchDesigner:
         from cma import CMAEvolutionStrategy
 
         family, job = load_families()[start.family], read_job(brief)
-        space = _Space.around(family.read(start))
+        space = Space.around(family.read(start))
         rng = np.random.default_rng([self.seed, len(space.names)])
         options = {
             "popsize": _POPULATION,
@@ -117,7 +117,7 @@ class SearchDesigner:
             "randn": lambda *shape: rng.standard_normal(shape),
             "verbose": -9,
         }
-        search = CMAEvolutionStrategy(np.zeros(len(space.names)), _INITIAL_STD, options)
+        search = CMAEvolutionStrategy(np.zeros(len(space.names)), INITIAL_STD, options)
         (first_value,) = self._values(brief, [start], number, 0)
         best, best_value = start, first_value
         tried = 0
@@ -143,20 +143,12 @@ class SearchDesigner:
             return known
         values = tuple(self.objective(brief, concept) for concept in concepts)
         last = self.robots // _POPULATION
-        self.on_generation(Generation(concept=number, generation=generation, of=last, worths=values))
+        self.on_generation(Generation(concept=number, generation=generation, of=last, values=values))
         return values
 
 
-def vary(brief: Brief, concept: Concept, rng: np.random.Generator) -> Concept:
-    """Return a concept of the rules with every searchable parameter drawn anew, as in the search's first generation."""
-    family = load_families()[concept.family]
-    space = _Space.around(family.read(concept))
-    point = rng.normal(0.0, _INITIAL_STD, len(space.names))
-    return family.concept(space.parameters(point), read_job(brief), concept.interpretation)
-
-
 @dataclass(frozen=True)
-class _Space:
+class Space:
     """The parameters that are searched, each as the logarithm of its ratio to its start value."""
 
     start: Parameters
@@ -166,7 +158,8 @@ class _Space:
     high: Vector = field(repr=False)
 
     @classmethod
-    def around(cls, start: Parameters) -> _Space:
+    def around(cls, start: Parameters) -> Space:
+        """Return the space around the parameters of a robot."""
         names = searchable(start)
         values = np.array([getattr(start, name) for name in names])
         limits = [_limits(start, name) for name in names]
