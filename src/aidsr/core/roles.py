@@ -57,7 +57,7 @@ class BodyTried:
 class TriesBodies(Protocol):
     """A Designer that tries bodies, which may take minutes, and reports each trial."""
 
-    def telling(self, listen: Callable[[BodyTried], None]) -> Designer:
+    def with_listener(self, listen: Callable[[BodyTried], None]) -> Designer:
         """Return the same Designer, which calls `listen` after each trial."""
         ...
 

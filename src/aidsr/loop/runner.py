@@ -73,7 +73,7 @@ class _Runner:
     def _concepts(self, brief: Brief, count: int, log: EventLog) -> tuple[Concept, ...]:
         designer = self.parts.team_for(self.run.path).designer
         if isinstance(designer, TriesBodies):
-            designer = designer.telling(lambda body: log.write(Tried.model_validate(asdict(body))))
+            designer = designer.with_listener(lambda body: log.write(Tried.model_validate(asdict(body))))
         try:
             return Steps(log, self.halted.is_set).run(
                 "concepts",

@@ -200,7 +200,7 @@ def test_a_body_that_has_to_get_round_something_is_longer():
     assert FittingDesigner(turn, 0)._blocked(knob, turn) == set()
     straight, about = (
         designer._concept(brief, goal, view, "arm", "two sections", np.random.default_rng(0)).parameters["length_m"]
-        for view in (View("reach", 0, 0.0), views.round_about(View("reach", 0, 0.0)))
+        for view in (View("reach", 0, 0.0), views.detour(View("reach", 0, 0.0)))
     )
     assert about == pytest.approx(1.25 * straight, rel=0.01)
 
@@ -335,7 +335,7 @@ def test_of_bodies_that_come_equally_far_the_one_with_fewer_winches_is_proposed_
     )
     brief, goal = job_of("bell")
     tried = []
-    ranked = FittingDesigner(goal, 0).telling(tried.append)._rank(brief, 1)
+    ranked = FittingDesigner(goal, 0).with_listener(tried.append)._rank(brief, 1)
     nine, three, six = (body.name for body in tried)
     assert [each.name for each in ranked] == [three, six, nine]
 
@@ -374,7 +374,7 @@ def test_a_resumed_run_says_which_of_the_bodies_it_ranks_again_was_refused(monke
     (first,) = FittingDesigner(goal, 0).propose(brief, 1)
     hopeless(monkeypatch, 3)
     told = []
-    resumed = FittingDesigner(goal, 0).telling(told.append)
+    resumed = FittingDesigner(goal, 0).with_listener(told.append)
     second = resumed.revise(brief, first, None, f"family: {judge.REFUSED}: begun, progress 0.20; it is too short.")
     assert [body.refused for body in told] == [True, False, False]
     assert tried_text(told[0]).startswith(
@@ -389,7 +389,7 @@ def test_a_body_that_is_tried_again_keeps_its_number(monkeypatch):
     brief, goal = job_of("bell")
     told = []
     rounds = (trial.Round(3, 16, 1), trial.Round(2, 64, 1))
-    FittingDesigner(goal, 0).telling(told.append).tried(brief, rounds, enough=2)
+    FittingDesigner(goal, 0).with_listener(told.append).tried(brief, rounds, enough=2)
     assert [(body.number, body.motions) for body in told] == [(1, 0), (2, 0), (3, 0), (1, 64), (2, 64)]
     assert [body.name for body in told[3:]] == [body.name for body in told[:2]]
     assert tried_text(told[2]).startswith(f"body 3 of at most 3: {told[2].name}: ")

@@ -31,7 +31,7 @@ OFFSET_M = 0.01
 YAW_DEG = 15.0
 CONTACT_N = 0.5
 MAX_WALL_N = 20.0
-_PLATE_M = np.array([0.045, 0.075, 0.0])
+_PLATE_HALF_SIZE_M = np.array([0.045, 0.075, 0.0])
 """Half sizes of the part of the plate's top that progress leads to [m]."""
 _LIMITS_M = np.array([FAR_M, HALF_DEPTH_M])
 
@@ -156,7 +156,7 @@ class AroundCorners(Task):
     def _next_m(self, tip_m: FloatArray) -> FloatArray:
         """Return the next place of the functional part on its way, in the frame of the box, (n, 3) [m]."""
         middle_m = (FAR_M + self.overlap_m) / 2
-        above = np.clip(tip_m - PLATE_M, -_PLATE_M, _PLATE_M) + PLATE_M
+        above = np.clip(tip_m - PLATE_M, -_PLATE_HALF_SIZE_M, _PLATE_HALF_SIZE_M) + PLATE_M
         openings = np.array([[middle_m, 0.0, 0.0], [-middle_m, 0.0, -SHELF_M]])
         passed = openings_passed(tip_m)
         return np.asarray(np.where(passed[:, None] == 2, above, openings[np.minimum(passed, 1)]))

@@ -27,11 +27,11 @@ from aidsr.teams.fitting.views import (
     as_placed,
     as_the_rules_read,
     as_viewed,
-    aslant_of,
     candidates,
+    detour,
     own_views,
     place_of_work,
-    round_about,
+    tilted,
     turns_of,
     with_view,
     without_view,
@@ -120,7 +120,7 @@ class FittingDesigner:
     """All concepts that were tried, those to propose first, by environment and number of concepts."""
     _ranking: threading.Lock = field(default_factory=threading.Lock, compare=False, repr=False)
 
-    def telling(self, listen: Callable[[BodyTried], None]) -> FittingDesigner:
+    def with_listener(self, listen: Callable[[BodyTried], None]) -> FittingDesigner:
         """Return the same Designer, which calls `listen` with each body that was tried."""
         return replace(self, listen=listen)
 
@@ -207,7 +207,7 @@ class FittingDesigner:
         while room and (some := list(islice(every, _SIDE_BY_SIDE))):
             room = False  # if no body of the group fits, no further one will
             placed = [
-                self._placed(brief, task, round_about(view) if view.mount in blocked else view, name, variant, rng)
+                self._placed(brief, task, detour(view) if view.mount in blocked else view, name, variant, rng)
                 for view, name, variant in some
             ]
             for turn in zip_longest(*placed):
@@ -220,8 +220,8 @@ class FittingDesigner:
     ) -> Iterator[Concept]:
         """Yield the concepts of one body in all placements without overlap."""
         free = 0
-        for turned in (*turns_of(view), *aslant_of(view)):
-            if turned.aslant_deg and free >= _ROOM:
+        for turned in (*turns_of(view), *tilted(view)):
+            if turned.tilt_deg and free >= _ROOM:
                 return
             concept = self._concept(brief, task.goal, turned, name, variant, rng)
             if self._scene(brief, task, concept) is not None:

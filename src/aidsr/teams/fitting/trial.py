@@ -51,7 +51,7 @@ class Fit(Artifact):
 
     progress: float
     """Best progress of all motions, 0 to 1."""
-    kept: float = 0.0
+    final_progress: float = 0.0
     """Progress of that motion at the end of its episode."""
     success: bool
     """Whether some motion succeeds."""
@@ -71,7 +71,7 @@ class Fit(Artifact):
     @property
     def value(self) -> float:
         """Value by which bodies are compared; larger is better."""
-        return (self.progress + self.kept) / 2 + self.success
+        return (self.progress + self.final_progress) / 2 + self.success
 
     @property
     def rank(self) -> tuple[float, int]:
@@ -193,7 +193,7 @@ def fit(
     explained = explain and not success
     return Fit(
         progress=best.episode.best_progress,
-        kept=best.episode.progress,
+        final_progress=best.episode.progress,
         success=success,
         reached=found.reached,
         why=_why(placed, best) if explained else "",

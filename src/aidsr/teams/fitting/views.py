@@ -39,14 +39,14 @@ _PREFIX = "view_"
 _ASIDE_DEG = (0.0, 90.0, 180.0, 270.0)
 """Rotations about the direction to the place of work [deg]. Our choice: one of them suits a body that leans aside, or
 bends in a plane."""
-_BESIDE_DEG = 25.0
+_TILT_DEG = 25.0
 """Angle by which a body that pulls points beside the place of work [deg]. Our choice: the angle by which the rules lean
 an arm that reaches."""
-_ASLANT_DEG = 50.0
+_WIDE_TILT_DEG = 50.0
 """The same angle if most placements with the usual one overlap something [deg]. Our choice: twice as much."""
-_ROUND_ABOUT = 1.25
+_DETOUR_FACTOR = 1.25
 """Length of a body that has to get around an obstacle, relative to the length for the straight way. Our choice: the two
-sides of a triangle whose height is a third of its base."""
+sides of a triangle whose height is three eighths of its base."""
 _LONGER = 1.05
 """Length of a robot provided by the user after scaling, relative to the distance to the place of work. Our choice: as
 for arms of the rules."""
@@ -76,9 +76,9 @@ class View:
     turn_deg: float | None = None
     """None if the robot points along the mount's axis. Otherwise it points to the place of work, rotated about this
     direction by this angle [deg]."""
-    aslant_deg: float = 0.0
+    tilt_deg: float = 0.0
     """Angle by which the robot points beside the place of work [deg]; 0 for the usual angle of the kind of job."""
-    longer: float = 1.0
+    length_factor: float = 1.0
     """Length relative to the length for the straight way."""
     scale: float = 1.0
     """Scale of a robot that the user provided."""
@@ -92,8 +92,8 @@ class View:
         numbers = {
             "kind": _KINDS.index(self.kind),
             "mount": self.mount,
-            "aslant_deg": self.aslant_deg,
-            "longer": self.longer,
+            "aslant_deg": self.tilt_deg,
+            "longer": self.length_factor,
             "scale": self.scale,
             "axis": self.axis,
         }
@@ -158,14 +158,14 @@ def turns_of(view: View) -> tuple[View, ...]:
     return (view, *(replace(view, turn_deg=turn) for turn in _ASIDE_DEG))
 
 
-def aslant_of(view: View) -> tuple[View, ...]:
+def tilted(view: View) -> tuple[View, ...]:
     """Return views that point farther beside the place of work, for the case that there is little room before it."""
-    return tuple(replace(each, aslant_deg=_ASLANT_DEG) for each in turns_of(view) if each.turn_deg is not None)
+    return tuple(replace(each, tilt_deg=_WIDE_TILT_DEG) for each in turns_of(view) if each.turn_deg is not None)
 
 
-def round_about(view: View) -> View:
+def detour(view: View) -> View:
     """Return a view of a body that is long enough to get around an obstacle."""
-    return replace(view, longer=_ROUND_ABOUT)
+    return replace(view, length_factor=_DETOUR_FACTOR)
 
 
 def own_views(brief: Brief, goal: Goal, low_m: Vec3, high_m: Vec3) -> Iterator[View]:
@@ -262,11 +262,11 @@ def _kept(brief: Brief, names: tuple[str, ...]) -> tuple[str, ...]:
 
 def _farther(place: BodySummary | None, brief: Brief, view: View) -> BodySummary | None:
     """Return the place of work, moved away from the mount by the relative length of a view."""
-    if place is None or view.mount < 0 or view.longer == 1.0:
+    if place is None or view.mount < 0 or view.length_factor == 1.0:
         return place
     start = np.array(brief.summary.mounts[view.mount].position_m)
     (geom,) = place.geoms
-    position_m = _vector(start + view.longer * (np.array(geom.position_m) - start))
+    position_m = _vector(start + view.length_factor * (np.array(geom.position_m) - start))
     return place.model_copy(
         update={"position_m": position_m, "geoms": (geom.model_copy(update={"position_m": position_m}),)}
     )
@@ -303,7 +303,7 @@ def _rotation(brief: Brief, goal: Goal, view: View) -> Matrix:
     way /= max(float(np.linalg.norm(way)), 1e-9)
     lean = _matrix((math.degrees(math.atan2(-way[1], way[2])), math.degrees(math.asin(np.clip(way[0], -1, 1))), 0.0))
     # a body that reaches is leaned by the rules; without a lean, one that pulls would grow into what it has to hook
-    tilt_deg = view.aslant_deg or (_BESIDE_DEG if view.kind == "pull" else 0.0)
+    tilt_deg = view.tilt_deg or (_TILT_DEG if view.kind == "pull" else 0.0)
     return np.asarray(lean @ _matrix((0.0, 0.0, view.turn_deg)) @ _matrix((0.0, tilt_deg, 0.0)))
 
 

@@ -15,8 +15,8 @@ from aidsr.teams.llm.shape_groups import is_next_name
 
 _TOLERANCE_M = 1e-5
 """Positions that differ by less are equal. Our choice: below the precision of any summary."""
-_MIN_COUNT = 2
-"""Number of equal bodies up to which each is described separately: a single copy is described like any other body. Our
+_MIN_COUNT = 3
+"""Number of equal bodies from which they are described together: a single copy is described like any other body. Our
 choice."""
 
 _Tree = tuple[BodySummary, ...]
@@ -43,7 +43,7 @@ def group_repeated_bodies(bodies: Sequence[BodySummary]) -> Iterator[RepeatedBod
                 break
             trees.append(other)
             end += len(other)
-        if len(trees) <= _MIN_COUNT:
+        if len(trees) < _MIN_COUNT:
             trees, end = [trees[0][:1]], start + 1
         yield RepeatedBody(trees[0], tuple(trees[1:]))
         start = end

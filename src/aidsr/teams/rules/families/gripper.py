@@ -62,7 +62,7 @@ need wider tips, otherwise a ball slips out between them."""
 _FULL_CURL_RAD = 3.4
 """Curl of a free finger at full tension [rad]. Our choice: enough to close on the smallest object from fully open."""
 
-_CLOSING_SHARE = 12.0
+_CLOSING_N = 12.0
 """Closing tension of one of three fingers [N]. Source: three fingers at 8 N held 440 g (docs/physics.md)."""
 
 _DEFAULT_HALF_WIDTH_M = 0.03
@@ -88,7 +88,7 @@ def size(job: Job, rng: np.random.Generator, variant: str) -> GripperParameters:
     palm = half + 0.008 + (0.004 if fingers > 3 else 0.0)
     opening = 1.41 * half + _CLEARANCE_M + radius
     splay = math.asin(min(max((opening - palm) / length, 0.1), 0.6))
-    closing = job.pull * _CLOSING_SHARE * (3.0 / fingers) ** 0.5 * rng.uniform(1.0, 1.3)
+    closing = job.pull * _CLOSING_N * (3.0 / fingers) ** 0.5 * rng.uniform(1.0, 1.3)
     offset = radius + GUIDE_CLEARANCE_M
     stiffness = bending_stiffness(closing, offset, length, _FULL_CURL_RAD)
     density = rng.uniform(900.0, 1150.0)
