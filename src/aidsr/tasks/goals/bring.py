@@ -9,10 +9,10 @@ from pydantic import Field
 
 from aidsr.core.errors import UserError
 from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.goals.environment_index import EnvironmentIndex
 from aidsr.tasks.goals.goal import COMING, MARGIN_M, NEAR_M, Goal, Wording, length_m
+from aidsr.tasks.goals.goal_readings import GoalReadings
 from aidsr.tasks.goals.region import Region
-from aidsr.tasks.goals.seen import Seen
-from aidsr.tasks.goals.surroundings import Surroundings
 from aidsr.tasks.readings import BoolArray, FloatArray
 from aidsr.tasks.shaping import closeness
 from aidsr.tasks.task import Feature, TaskState
@@ -40,27 +40,27 @@ class Bring(Goal):
     count: Annotated[int, Field(ge=1)] | Literal["all", "each"] = "all"
     """How many must be in the region: "all" or a number at the same time, or "each" at some time during the episode."""
 
-    def resolved(self, around: Surroundings) -> Self:
-        targets = around.matching(self.targets, "bring")
+    def resolved(self, environment: EnvironmentIndex) -> Self:
+        targets = environment.matching(self.targets, "bring")
         if len(targets) > _MOST:
             raise UserError(f"{len(targets)} targets; a goal takes at most {_MOST}: name fewer")
         if isinstance(self.count, int) and self.count > len(targets):
             raise UserError(f"count is {self.count}, and there are only {len(targets)} targets: {', '.join(targets)}")
         for name in targets:
-            around.require_movable(name, "bring")
-        self.region.check(around, "bring")
+            environment.require_movable(name, "bring")
+        self.region.check(environment, "bring")
         found = self.model_copy(update={"targets": targets})
         if self.region.center_m is not None:
-            self._require_ways(around, targets, found.needed)
-        centers_m = around.mechanism.centers_m
+            self._require_ways(environment, targets, found.needed)
+        centers_m = environment.mechanism.centers_m
         points = np.array([centers_m[name] for name in targets])[None]
-        inside = self.region.outside_m(points, np.array(self.region.start_m(around))[None]) <= 0.0
+        inside = self.region.outside_m(points, np.array(self.region.start_m(environment))[None]) <= 0.0
         if inside.sum() >= found.needed:
             there = ", ".join(name for name, is_in in zip(targets, inside[0], strict=True) if is_in)
             raise UserError(f"the goal is met before anything moves: {there} begin in {self.region.words}")
         return found
 
-    def _require_ways(self, around: Surroundings, targets: tuple[str, ...], needed: int) -> None:
+    def _require_ways(self, environment: EnvironmentIndex, targets: tuple[str, ...], needed: int) -> None:
         """Refuse a region that too few bodies can reach, because of their joints.
 
         Raises:
@@ -68,12 +68,14 @@ class Bring(Goal):
         """
         kept: list[UserError] = []
         for name in targets:
-            start = np.array(around.mechanism.centers_m[name])
+            start = np.array(environment.mechanism.centers_m[name])
             way = self.region.nearest_m(start) - start
             far_m = float(np.linalg.norm(way)) - float(np.linalg.norm(self.vary_m))
             try:
                 if far_m > 0.0:
-                    around.require_way(name, tuple(np.round(way / np.linalg.norm(way), 3).tolist()), round(far_m, 4))
+                    environment.require_way(
+                        name, tuple(np.round(way / np.linalg.norm(way), 3).tolist()), round(far_m, 4)
+                    )
             except UserError as error:
                 kept.append(error)
         if len(targets) - len(kept) < needed:
@@ -110,21 +112,21 @@ class Bring(Goal):
             Feature("each body from the middle of the region", "m", (-2, 2), "goal_body, goal_region", size=3 * k),
         )
 
-    def start(self, seen: Seen) -> TaskState:
+    def start(self, seen: GoalReadings) -> TaskState:
         outside_m = self._outside_m(seen)
         return {"way_m": np.maximum(outside_m, _LEAST_WAY_M), "been": (outside_m <= 0.0).astype(float)}
 
-    def update(self, seen: Seen, state: TaskState) -> TaskState:
+    def update(self, seen: GoalReadings, state: TaskState) -> TaskState:
         return {**state, "been": np.maximum(state["been"], self._outside_m(seen) <= 0.0)}
 
-    def observe(self, seen: Seen, state: TaskState) -> FloatArray:
+    def observe(self, seen: GoalReadings, state: TaskState) -> FloatArray:
         del state
         bodies_m = self._bodies_m(seen)
         from_tip = seen["tip"][:, None] - bodies_m
         from_middle = bodies_m - self.region.middle_m(seen)[:, None]
         return np.concatenate([from_tip.reshape(seen.n, -1), from_middle.reshape(seen.n, -1)], axis=1)
 
-    def progress(self, seen: Seen, state: TaskState) -> FloatArray:
+    def progress(self, seen: GoalReadings, state: TaskState) -> FloatArray:
         moved = np.clip(1.0 - self._outside_m(seen) / state["way_m"], 0.0, 1.0)
         if self.count == "each":
             moved = np.maximum(moved, state["been"])
@@ -134,15 +136,15 @@ class Bring(Goal):
         coming = (near * (1.0 - moved)).max(axis=1) / self.needed
         return np.asarray(np.minimum(done + COMING * coming, 1.0))
 
-    def is_met(self, seen: Seen, state: TaskState) -> BoolArray:
+    def is_met(self, seen: GoalReadings, state: TaskState) -> BoolArray:
         there = state["been"] > 0 if self.count == "each" else self._outside_m(seen) <= 0.0
         return np.asarray(there.sum(axis=1) >= self.needed)
 
-    def _bodies_m(self, seen: Seen) -> FloatArray:
+    def _bodies_m(self, seen: GoalReadings) -> FloatArray:
         """Return the centres of mass, (n, k, 3) [m]."""
         return np.stack([seen[f"body{index}"] for index in range(len(self.targets))], axis=1)
 
-    def _outside_m(self, seen: Seen) -> FloatArray:
+    def _outside_m(self, seen: GoalReadings) -> FloatArray:
         """Return the distance of each body from the region, 0 inside, (n, k) [m]."""
         return self.region.outside_m(self._bodies_m(seen), self.region.middle_m(seen))
 

@@ -12,7 +12,7 @@ from aidsr.core.artifacts import Artifact
 from aidsr.core.errors import UserError
 from aidsr.mjcf.compile import load_mjcf
 from aidsr.sandbox.isolated import isolated
-from aidsr.tasks.goals.alone import name_of_shape
+from aidsr.tasks.goals.unattended import name_of_shape
 
 _RADIUS_M = 1e-4
 """Radius of the sphere that stands for a point [m]."""

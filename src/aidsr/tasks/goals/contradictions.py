@@ -9,22 +9,22 @@ import numpy as np
 
 from aidsr.core.errors import UserError
 from aidsr.tasks.goals.bring import Bring
+from aidsr.tasks.goals.environment_index import EnvironmentIndex
 from aidsr.tasks.goals.follow import Follow
 from aidsr.tasks.goals.goal import Goal
 from aidsr.tasks.goals.limits import PART, ROBOT, ROUNDING_S, TOLERATED_S, AnyLimit, ForceLimit, KeepOut
 from aidsr.tasks.goals.stages import Stages
-from aidsr.tasks.goals.surroundings import Surroundings
 from aidsr.tasks.goals.touch import Touch
 from aidsr.tasks.readings import FloatArray
 from aidsr.tasks.task import Task
 
 
-def refuse_contradictions(goal: Goal, around: Surroundings) -> None:
+def refuse_contradictions(goal: Goal, environment: EnvironmentIndex) -> None:
     """Refuse a goal whose limits make it impossible to meet.
 
     Args:
         goal: The goal with its names resolved.
-        around: The environment.
+        environment: The environment.
 
     Raises:
         UserError: A touch needs more force than a limit on the same body, or another stage, allows; a point to reach
@@ -43,9 +43,9 @@ def refuse_contradictions(goal: Goal, around: Surroundings) -> None:
             _refuse_touch(held, limit)
         elif isinstance(limit, KeepOut) and limit.center_m is not None:
             moved_m = float(np.linalg.norm(goal.vary_m))
-            _refuse_points([point for part in held for point in part.reached], moved_m, limit, around)
+            _refuse_points([point for part in held for point in part.reached], moved_m, limit, environment)
             _refuse_paths([(part, part in held) for part in (*others, last) if isinstance(part, Follow)], limit)
-            _refuse_mounts(goal, limit, around)
+            _refuse_mounts(goal, limit, environment)
 
 
 def _refuse_stages(touches: Sequence[Touch]) -> None:
@@ -75,15 +75,17 @@ def _depth_m(limit: KeepOut, point_m: tuple[float, ...]) -> float:
 
 def _depths_m(limit: KeepOut, points_m: FloatArray) -> FloatArray:
     """Return the depths of points in a region, negative outside, (n, 3) -> (n,) [m]."""
-    return -limit.depth_m(points_m[None], np.array([limit.center_m]))[0]
+    return np.asarray(-limit.depth_m(points_m[None], np.array([limit.center_m]))[0])
 
 
-def _refuse_points(points: Sequence[tuple[str, float]], moved_m: float, limit: KeepOut, around: Surroundings) -> None:
+def _refuse_points(
+    points: Sequence[tuple[str, float]], moved_m: float, limit: KeepOut, environment: EnvironmentIndex
+) -> None:
     for name, within_m in points if limit.what in (ROBOT, PART) else ():
-        carriers = {site.name: site.body for site in around.summary.sites}
-        if around.mechanism.carrying(carriers.get(name, name)):
+        carriers = {site.name: site.body for site in environment.summary.sites}
+        if environment.mechanism.carrying(carriers.get(name, name)):
             continue  # it can be moved out of the region
-        point_m = around.sites.get(name) or around.body(name, "reach").position_m
+        point_m = environment.sites.get(name) or environment.body(name, "reach").position_m
         if _depth_m(limit, point_m) > within_m + moved_m:
             raise UserError(
                 f"{name} cannot be reached: it and all within {within_m:g} m of it lie in {limit.words}, which the "
@@ -131,8 +133,8 @@ def _refuse_bringing(parts: Sequence[Goal], limits: Sequence[AnyLimit]) -> None:
             )
 
 
-def _refuse_mounts(goal: Goal, limit: KeepOut, around: Surroundings) -> None:
-    mounts = around.summary.mounts
+def _refuse_mounts(goal: Goal, limit: KeepOut, environment: EnvironmentIndex) -> None:
+    mounts = environment.summary.mounts
     is_held = limit.what == ROBOT and goal.base == "fixed" and bool(mounts)
     if is_held and all(_depth_m(limit, mount.position_m) > 0.0 for mount in mounts):
         raise UserError(

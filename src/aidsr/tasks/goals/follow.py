@@ -11,10 +11,10 @@ from pydantic import field_validator, model_validator
 
 from aidsr.core.errors import UserError
 from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.goals.environment_index import EnvironmentIndex, unknown
 from aidsr.tasks.goals.goal import COMING, MARGIN_M, NEAR_M, Goal, Wording, length_m
+from aidsr.tasks.goals.goal_readings import GoalReadings
 from aidsr.tasks.goals.numbers import Finite, Positive, three_numbers
-from aidsr.tasks.goals.seen import Seen
-from aidsr.tasks.goals.surroundings import Surroundings, unknown
 from aidsr.tasks.readings import BoolArray, FloatArray
 from aidsr.tasks.shaping import closeness
 from aidsr.tasks.task import Feature, TaskState
@@ -62,16 +62,16 @@ class Follow(Goal):
             raise ValueError("path_m has the same point twice in a row; leave one out")
         return self
 
-    def resolved(self, around: Surroundings) -> Self:
+    def resolved(self, environment: EnvironmentIndex) -> Self:
         if self.target:
-            around.require_movable(self.target, "follow")
+            environment.require_movable(self.target, "follow")
         for name in self.sites:
-            if name not in around.sites:
-                raise unknown("site", name, "a path leads through sites of the environment", around.sites)
+            if name not in environment.sites:
+                raise unknown("site", name, "a path leads through sites of the environment", environment.sites)
         for one, other in pairwise(self.sites):
-            if around.sites[one] == around.sites[other]:
+            if environment.sites[one] == environment.sites[other]:
                 raise UserError(f'the sites "{one}" and "{other}" of the path are at the same point; leave one out')
-        path_m = tuple(around.sites[name] for name in self.sites) or self.path_m
+        path_m = tuple(environment.sites[name] for name in self.sites) or self.path_m
         found = self.model_copy(update={"path_m": path_m, "sites": ()})
         length_m = found._lengths_m.sum()
         if length_m / self._step_m > _MOST_POINTS:
@@ -142,11 +142,11 @@ class Follow(Goal):
             (*own, Feature("functional part from the body", "m", (-2, 2), "goal_tip", size=3)) if self.target else own
         )
 
-    def start(self, seen: Seen) -> TaskState:
+    def start(self, seen: GoalReadings) -> TaskState:
         """Return the state: the index of the last point followed, (n,), or -1 before the first point is reached."""
         return self.update(seen, {"index": np.full(seen.n, -1.0)})
 
-    def update(self, seen: Seen, state: TaskState) -> TaskState:
+    def update(self, seen: GoalReadings, state: TaskState) -> TaskState:
         line, index = self.line_m, state["index"]
         distance_m = length_m(self._follower_m(seen)[:, None] - line[None])
         number = np.arange(len(line))[None]
@@ -155,7 +155,7 @@ class Follow(Goal):
         farthest = np.where(reached, number, -1).max(axis=1)
         return {"index": np.maximum(index, farthest).astype(float)}
 
-    def observe(self, seen: Seen, state: TaskState) -> FloatArray:
+    def observe(self, seen: GoalReadings, state: TaskState) -> FloatArray:
         line, at = self.line_m, np.maximum(state["index"], 0).astype(int)
         there = line[at]
         ahead = line[np.minimum(at + 2 * _AHEAD_POINTS, len(line) - 1)]
@@ -163,7 +163,7 @@ class Follow(Goal):
         columns = [self._follower_m(seen) - there, ahead - there, share]
         return np.concatenate([*columns, seen["tip"] - seen["position"]] if self.target else columns, axis=1)
 
-    def progress(self, seen: Seen, state: TaskState) -> FloatArray:
+    def progress(self, seen: GoalReadings, state: TaskState) -> FloatArray:
         line, index = self.line_m, state["index"]
         followed = np.maximum(index, 0) / (len(line) - 1)
         away_m = length_m(self._follower_m(seen) - line[np.maximum(index, 0).astype(int)])
@@ -174,12 +174,12 @@ class Follow(Goal):
         near = np.maximum(closeness(to_body_m, within=NEAR_M, margin=MARGIN_M), followed)
         return np.asarray(COMING * near + (1.0 - COMING) * done)
 
-    def is_met(self, seen: Seen, state: TaskState) -> BoolArray:
+    def is_met(self, seen: GoalReadings, state: TaskState) -> BoolArray:
         """Return whether the whole path was followed and the follower is still at its end, (n,)."""
         at_end = length_m(self._follower_m(seen) - self.line_m[-1]) <= self.within_m
         return np.asarray((state["index"] >= len(self.line_m) - 1) & at_end)
 
-    def _follower_m(self, seen: Seen) -> FloatArray:
+    def _follower_m(self, seen: GoalReadings) -> FloatArray:
         return seen["position" if self.target else "tip"]
 
     @property

@@ -17,12 +17,12 @@ from pydantic import Field, field_validator, model_validator
 from aidsr.core.artifacts import Artifact, Base
 from aidsr.core.errors import UserError
 from aidsr.sim.task_sensors import TaskSensor
-from aidsr.tasks.goals.alone import Sweep
+from aidsr.tasks.goals.environment_index import EnvironmentIndex
+from aidsr.tasks.goals.goal_readings import GoalReadings
 from aidsr.tasks.goals.limits import AnyLimit
 from aidsr.tasks.goals.mount import MountDrive
 from aidsr.tasks.goals.numbers import Positive, three_numbers
-from aidsr.tasks.goals.seen import Seen
-from aidsr.tasks.goals.surroundings import Surroundings
+from aidsr.tasks.goals.unattended import Sweep
 from aidsr.tasks.readings import BoolArray, FloatArray
 from aidsr.tasks.task import Feature, TaskState
 
@@ -90,7 +90,7 @@ class Goal(Artifact):
     # --- in an environment ---
 
     @abstractmethod
-    def resolved(self, around: Surroundings) -> Self:
+    def resolved(self, environment: EnvironmentIndex) -> Self:
         """Return the goal with its names resolved in an environment.
 
         Raises:
@@ -157,9 +157,9 @@ class Goal(Artifact):
         """What must move, "functional_part", "robot" or a body, and how far [m]; empty if no distance is required."""
         return ()
 
-    def sweeps(self, around: Surroundings) -> tuple[Sweep, ...]:
+    def sweeps(self, environment: EnvironmentIndex) -> tuple[Sweep, ...]:
         """Return the required motions of single joints; none if several joints, or a free body, must move."""
-        del around
+        del environment
         return ()
 
     # --- in an episode ---
@@ -173,26 +173,26 @@ class Goal(Artifact):
     def features(self) -> tuple[Feature, ...]:
         """Features that `observe` returns, in this order."""
 
-    def start(self, seen: Seen) -> TaskState:
+    def start(self, seen: GoalReadings) -> TaskState:
         """Return the goal's state at the start of the episode."""
         del seen
         return {}
 
-    def update(self, seen: Seen, state: TaskState) -> TaskState:
+    def update(self, seen: GoalReadings, state: TaskState) -> TaskState:
         """Return the goal's state after one more control step."""
         del seen
         return state
 
     @abstractmethod
-    def observe(self, seen: Seen, state: TaskState) -> FloatArray:
+    def observe(self, seen: GoalReadings, state: TaskState) -> FloatArray:
         """Return what a policy observes, (n, k)."""
 
     @abstractmethod
-    def progress(self, seen: Seen, state: TaskState) -> FloatArray:
+    def progress(self, seen: GoalReadings, state: TaskState) -> FloatArray:
         """Return the progress of the goal, 0 to 1, (n,)."""
 
     @abstractmethod
-    def is_met(self, seen: Seen, state: TaskState) -> BoolArray:
+    def is_met(self, seen: GoalReadings, state: TaskState) -> BoolArray:
         """Return whether the goal is met at this moment, (n,)."""
 
     def bounds(self, tag: str) -> tuple[tuple[str, AnyLimit], ...]:
@@ -220,7 +220,7 @@ class Goal(Artifact):
         """Sentences on what loses an episode at once; empty if nothing does."""
         return ""
 
-    def losses(self, seen: Seen, state: TaskState) -> dict[str, BoolArray]:
+    def losses(self, seen: GoalReadings, state: TaskState) -> dict[str, BoolArray]:
         """Return whether the episode is irrecoverably lost, (n,) each, by the sentences of `failure_text`."""
         del seen, state
         return {}

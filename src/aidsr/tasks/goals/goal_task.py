@@ -15,15 +15,15 @@ from aidsr.core.errors import MjcfError, UserError
 from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.sim.environment_summary import summarize_environment
 from aidsr.sim.task_sensors import TaskSensor
-from aidsr.tasks.goals.alone import Alone, play_alone, refuse
 from aidsr.tasks.goals.buried import refuse_buried, refuse_buried_corners
 from aidsr.tasks.goals.contradictions import refuse_contradictions
+from aidsr.tasks.goals.environment_index import EnvironmentIndex
 from aidsr.tasks.goals.goal import Goal, check_speed
+from aidsr.tasks.goals.goal_readings import GoalReadings
 from aidsr.tasks.goals.limits import ROUNDING_S, TOLERATED_S, AnyLimit
 from aidsr.tasks.goals.reading import AnyGoal
-from aidsr.tasks.goals.seen import Seen
 from aidsr.tasks.goals.stages import Stages
-from aidsr.tasks.goals.surroundings import Surroundings
+from aidsr.tasks.goals.unattended import UnattendedRun, refuse, run_unattended
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.task import Criteria, Task, TaskState
 from aidsr.tasks.variation import Change, Variation
@@ -47,7 +47,7 @@ class GoalTask(Task):
     """MJCF of the environment, or of a scene that contains it."""
     places: tuple[Change, ...] = ()
     """Positions of the targets before they are varied; empty if they are not varied."""
-    alone: tuple[Alone, ...] = ()
+    unattended: tuple[UnattendedRun, ...] = ()
     """Behaviour of the environment without a robot: as written, then in variations. Empty for a scene with a robot."""
 
     def __post_init__(self) -> None:
@@ -132,8 +132,8 @@ class GoalTask(Task):
 
     # --- an episode ---
 
-    def _seen(self, readings: Readings) -> Seen:
-        return Seen(readings, _GOAL, self.control_dt_s)
+    def _seen(self, readings: Readings) -> GoalReadings:
+        return GoalReadings(readings, _GOAL, self.control_dt_s)
 
     def reset_state(self, readings: Readings) -> TaskState:
         state = dict(self.goal.start(self._seen(readings)))
@@ -175,7 +175,7 @@ class GoalTask(Task):
 
     def _measured(self, readings: Readings) -> list[tuple[AnyLimit, FloatArray]]:
         """Return the watched limits, each with its measured value, (n,)."""
-        return [(limit, limit.measured(Seen(readings, tag, self.control_dt_s))) for tag, limit in self._watched]
+        return [(limit, limit.measured(GoalReadings(readings, tag, self.control_dt_s))) for tag, limit in self._watched]
 
     def passed_limits(self, state: TaskState) -> tuple[ExceededLimit, ...]:
         """See `Task`."""
@@ -214,25 +214,25 @@ def goal_task(goal: AnyGoal, mjcf: str) -> GoalTask:
         summary = summarize_environment(mjcf, may_hold_robot=True)
     except MjcfError as error:
         raise UserError(f"cannot load the environment of the goal: {error}") from None
-    around = Surroundings(mjcf, summary)
-    found: AnyGoal = goal.resolved(around)
+    environment = EnvironmentIndex(mjcf, summary)
+    found: AnyGoal = goal.resolved(environment)
     check_speed(found)
-    found.mount.check(around)
+    found.mount.check(environment)
     for limit in found.limits:
-        limit.check(around)
-    refuse_contradictions(found, around)
+        limit.check(environment)
+    refuse_contradictions(found, environment)
     places = _places(found, summary) if any(found.vary_m) else ()
     task = (EndingGoalTask if found.failure_text else GoalTask)(goal=found, mjcf=mjcf, places=places)
     _check_sensors(task, summary)
     if _holds_robot(summary):
         return task
     varied = (task.variation("development", index).changes for index in range(_VARIED if places else 0))
-    bodies = [name for name in found.bodies if name in around.bodies]
-    alone = play_alone(mjcf, bodies, found.sweeps(around), ((), *varied))
-    refuse(alone[0])
+    bodies = [name for name in found.bodies if name in environment.bodies]
+    runs = run_unattended(mjcf, bodies, found.sweeps(environment), ((), *varied))
+    refuse(runs[0])
     refuse_buried(mjcf, found.reached)
     refuse_buried_corners(mjcf, found.corners_m)
-    return replace(task, alone=alone)
+    return replace(task, unattended=runs)
 
 
 def _holds_robot(summary: EnvironmentSummary) -> bool:

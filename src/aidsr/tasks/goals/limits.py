@@ -10,10 +10,10 @@ from pydantic import Field
 
 from aidsr.core.artifacts import Artifact
 from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.goals.environment_index import EnvironmentIndex
+from aidsr.tasks.goals.goal_readings import GoalReadings
 from aidsr.tasks.goals.numbers import Positive
 from aidsr.tasks.goals.region import Region
-from aidsr.tasks.goals.seen import Seen
-from aidsr.tasks.goals.surroundings import Surroundings
 from aidsr.tasks.readings import FloatArray
 from aidsr.tasks.shaping import excess
 
@@ -32,7 +32,7 @@ class Limit(Artifact):
     """Base class of all kinds of limit."""
 
     @abstractmethod
-    def check(self, around: Surroundings) -> None:
+    def check(self, environment: EnvironmentIndex) -> None:
         """Check the names in the limit.
 
         Raises:
@@ -49,7 +49,7 @@ class Limit(Artifact):
         """Return the sensors that measure the limited value."""
 
     @abstractmethod
-    def measured(self, seen: Seen) -> FloatArray:
+    def measured(self, seen: GoalReadings) -> FloatArray:
         """Return the measured value that must not exceed `allowed`, (n,), in `unit`."""
 
     @property
@@ -82,11 +82,11 @@ class KeepOut(Limit, Region):
     what: str = ROBOT
     """What must keep out: "robot" (all of it), "functional_part", or a body of the environment (its centre of mass)."""
 
-    def check(self, around: Surroundings, kind: str = "keep_out") -> None:
+    def check(self, environment: EnvironmentIndex, kind: str = "keep_out") -> None:
         """See `Limit`."""
-        Region.check(self, around, kind)
+        Region.check(self, environment, kind)
         if self.what not in (ROBOT, PART):
-            around.body(self.what, "keep_out")
+            environment.body(self.what, "keep_out")
 
     @property
     def needs_outline(self) -> bool:
@@ -109,7 +109,7 @@ class KeepOut(Limit, Region):
         """See `Limit`."""
         return 0.0
 
-    def measured(self, seen: Seen) -> FloatArray:
+    def measured(self, seen: GoalReadings) -> FloatArray:
         """See `Limit`; the depth in the region."""
         if self.what == ROBOT:
             body = seen.readings.body
@@ -143,10 +143,10 @@ class SpeedLimit(Limit):
     at_most_m_s: Positive
     """Largest mean speed between two control steps [m/s]."""
 
-    def check(self, around: Surroundings) -> None:
+    def check(self, environment: EnvironmentIndex) -> None:
         """See `Limit`."""
         if self.of not in (ROBOT, PART):
-            around.require_movable(self.of, "speed")
+            environment.require_movable(self.of, "speed")
 
     def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
         """See `Limit`."""
@@ -159,7 +159,7 @@ class SpeedLimit(Limit):
 
     unit: ClassVar = "m/s"
 
-    def measured(self, seen: Seen) -> FloatArray:
+    def measured(self, seen: GoalReadings) -> FloatArray:
         """See `Limit`."""
         return seen.mean_speed_m_s("velocity")
 
@@ -189,9 +189,9 @@ class ForceLimit(Limit):
     at_most_n: Positive
     """Largest net force by the robot [N]."""
 
-    def check(self, around: Surroundings) -> None:
+    def check(self, environment: EnvironmentIndex) -> None:
         """See `Limit`."""
-        around.require_solid(self.on, "force")
+        environment.require_solid(self.on, "force")
 
     def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
         """See `Limit`."""
@@ -199,7 +199,7 @@ class ForceLimit(Limit):
 
     unit: ClassVar = "N"
 
-    def measured(self, seen: Seen) -> FloatArray:
+    def measured(self, seen: GoalReadings) -> FloatArray:
         """See `Limit`."""
         return seen.peak_force_n("force")
 

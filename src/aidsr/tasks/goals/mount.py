@@ -10,8 +10,8 @@ from pydantic import Field, field_validator
 from aidsr.core.artifacts import Artifact
 from aidsr.core.errors import UserError
 from aidsr.sim.mechanism import ActuatorFacts
+from aidsr.tasks.goals.environment_index import EnvironmentIndex, unknown
 from aidsr.tasks.goals.numbers import Finite
-from aidsr.tasks.goals.surroundings import Surroundings, unknown
 from aidsr.tasks.readings import FloatArray
 
 
@@ -44,7 +44,7 @@ class MountDrive(Artifact):
         """Whether any actuator is driven."""
         return bool(self.policy or self.timetable)
 
-    def check(self, around: Surroundings) -> None:
+    def check(self, environment: EnvironmentIndex) -> None:
         """Refuse a drive that cannot move the mount.
 
         Raises:
@@ -53,7 +53,7 @@ class MountDrive(Artifact):
         """
         if not self.drives:
             return
-        known = {each.name: each for each in around.mechanism.actuators if each.name}
+        known = {each.name: each for each in environment.mechanism.actuators if each.name}
         names = [*self.policy, *(course.actuator for course in self.timetable)]
         for name in names:
             if name not in known:
@@ -65,7 +65,7 @@ class MountDrive(Artifact):
                 raise UserError(f'"{name}" has no ctrlrange, which a policy\'s actions span; give it one')
         for course in self.timetable:
             _check_range(course, known[course.actuator])
-        moving = {joint for mount in around.summary.mounts for joint in mount.moved_by}
+        moving = {joint for mount in environment.summary.mounts for joint in mount.moved_by}
         if not any(known[name].joint in moving for name in names):
             raise UserError(
                 'base "moving": none of the actuators in [mount] drives a joint that carries a mount; put the site '

@@ -9,11 +9,11 @@ import numpy as np
 from pydantic import field_validator
 
 from aidsr.sim.task_sensors import TaskSensor
-from aidsr.tasks.goals.alone import Sweep
+from aidsr.tasks.goals.environment_index import EnvironmentIndex
 from aidsr.tasks.goals.goal import COMING, DOING, MARGIN_M, Goal, Wording, offset_sensor, unit
+from aidsr.tasks.goals.goal_readings import GoalReadings
 from aidsr.tasks.goals.numbers import Positive, a_direction
-from aidsr.tasks.goals.seen import Seen
-from aidsr.tasks.goals.surroundings import Surroundings
+from aidsr.tasks.goals.unattended import Sweep
 from aidsr.tasks.readings import BoolArray, FloatArray
 from aidsr.tasks.shaping import closeness, share
 from aidsr.tasks.task import Feature, TaskState
@@ -44,8 +44,8 @@ class _MoveBody(Goal):
     def ways(self) -> tuple[tuple[str, float], ...]:
         return ((self.target, self.way[0]),)
 
-    def sweeps(self, around: Surroundings) -> tuple[Sweep, ...]:
-        joint = around.only_joint(self.target)
+    def sweeps(self, environment: EnvironmentIndex) -> tuple[Sweep, ...]:
+        joint = environment.only_joint(self.target)
         return (Sweep(joint.body, body=self.target, direction=self.way[1], way_m=self.way[0]),) if joint else ()
 
     def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
@@ -63,22 +63,22 @@ class _MoveBody(Goal):
             Feature("its centre of mass, from the start on", "m", (-2, 2), "goal_position", size=3),
         )
 
-    def start(self, seen: Seen) -> TaskState:
+    def start(self, seen: GoalReadings) -> TaskState:
         return {"start": seen["position"]}
 
-    def observe(self, seen: Seen, state: TaskState) -> FloatArray:
+    def observe(self, seen: GoalReadings, state: TaskState) -> FloatArray:
         return np.concatenate([seen["offset"], seen["gap"], seen["position"] - state["start"]], axis=1)
 
-    def progress(self, seen: Seen, state: TaskState) -> FloatArray:
+    def progress(self, seen: GoalReadings, state: TaskState) -> FloatArray:
         moved = share(self._way_m(seen, state), self.way[0])
         near = closeness(seen.scalar("gap"), margin=MARGIN_M)  # between surfaces: a body's origin may be deep inside
         # a body that moves has been reached, whichever part of the robot moves it
         return COMING * np.maximum(near, moved) + DOING * moved
 
-    def is_met(self, seen: Seen, state: TaskState) -> BoolArray:
+    def is_met(self, seen: GoalReadings, state: TaskState) -> BoolArray:
         return np.asarray(self._way_m(seen, state) >= self.way[0])
 
-    def _way_m(self, seen: Seen, state: TaskState) -> FloatArray:
+    def _way_m(self, seen: GoalReadings, state: TaskState) -> FloatArray:
         return np.asarray((seen["position"] - state["start"]) @ unit(self.way[1]))
 
 
@@ -95,9 +95,9 @@ class Lift(_MoveBody):
     def way(self) -> tuple[float, tuple[float, ...]]:
         return self.by_m, _UP
 
-    def resolved(self, around: Surroundings) -> Self:
-        around.require_movable(self.target, "lift")
-        around.require_way(self.target, _UP, self.by_m)
+    def resolved(self, environment: EnvironmentIndex) -> Self:
+        environment.require_movable(self.target, "lift")
+        environment.require_way(self.target, _UP, self.by_m)
         return self
 
     @property
@@ -125,11 +125,11 @@ class Travel(_MoveBody):
     def way(self) -> tuple[float, tuple[float, ...]]:
         return self.distance_m, self.direction
 
-    def resolved(self, around: Surroundings) -> Self:
+    def resolved(self, environment: EnvironmentIndex) -> Self:
         if not self.target:
             return RobotTravel.model_validate(self.model_dump())  # type: ignore[return-value]
-        around.require_movable(self.target, "travel")
-        around.require_way(self.target, self.direction, self.distance_m)
+        environment.require_movable(self.target, "travel")
+        environment.require_way(self.target, self.direction, self.distance_m)
         return self
 
     @property
@@ -151,12 +151,12 @@ class RobotTravel(Travel):
         ((0.1, "on its way"), (0.5, "half way"), (1.0, "all of the way")),
     )
 
-    def resolved(self, around: Surroundings) -> Self:
-        del around
+    def resolved(self, environment: EnvironmentIndex) -> Self:
+        del environment
         return self
 
-    def sweeps(self, around: Surroundings) -> tuple[Sweep, ...]:
-        del around
+    def sweeps(self, environment: EnvironmentIndex) -> tuple[Sweep, ...]:
+        del environment
         return ()
 
     @property
@@ -190,17 +190,17 @@ class RobotTravel(Travel):
             Feature("direction", "", (-1, 1), "(goal)", size=3),
         )
 
-    def start(self, seen: Seen) -> TaskState:
+    def start(self, seen: GoalReadings) -> TaskState:
         return {"start": seen["com_position"]}
 
-    def observe(self, seen: Seen, state: TaskState) -> FloatArray:
+    def observe(self, seen: GoalReadings, state: TaskState) -> FloatArray:
         direction = np.tile(unit(self.direction), (seen.n, 1))
         return np.concatenate([seen["com_position"] - state["start"], seen["com_velocity"], direction], axis=1)
 
-    def progress(self, seen: Seen, state: TaskState) -> FloatArray:
+    def progress(self, seen: GoalReadings, state: TaskState) -> FloatArray:
         return share(self._way_m(seen, state), self.distance_m)
 
-    def _way_m(self, seen: Seen, state: TaskState) -> FloatArray:
+    def _way_m(self, seen: GoalReadings, state: TaskState) -> FloatArray:
         return np.asarray((seen["com_position"] - state["start"]) @ unit(self.direction))
 
     @property

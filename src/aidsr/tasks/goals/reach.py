@@ -8,10 +8,10 @@ import numpy as np
 from pydantic import Field, field_validator
 
 from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.goals.environment_index import EnvironmentIndex
 from aidsr.tasks.goals.goal import MARGIN_M, Goal, Wording, length_m, offset_sensor, unit
+from aidsr.tasks.goals.goal_readings import GoalReadings
 from aidsr.tasks.goals.numbers import Positive, a_direction
-from aidsr.tasks.goals.seen import Seen
-from aidsr.tasks.goals.surroundings import Surroundings
 from aidsr.tasks.readings import BoolArray, FloatArray
 from aidsr.tasks.shaping import closeness
 from aidsr.tasks.task import Feature, TaskState
@@ -28,8 +28,8 @@ class _ToAPoint(Goal):
     within_m: Positive = 0.02
     """Largest distance that counts as reached [m]."""
 
-    def resolved(self, around: Surroundings) -> Self:
-        around.require_place(self.target, self.kind_name)
+    def resolved(self, environment: EnvironmentIndex) -> Self:
+        environment.require_place(self.target, self.kind_name)
         return self
 
     @property
@@ -64,7 +64,7 @@ class _ToAPoint(Goal):
     def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
         return (offset_sensor(tag, self.target, of_body=False),)
 
-    def _near(self, seen: Seen) -> FloatArray:
+    def _near(self, seen: GoalReadings) -> FloatArray:
         return closeness(length_m(seen["offset"]), within=self.within_m, margin=MARGIN_M)
 
 
@@ -83,15 +83,15 @@ class Reach(_ToAPoint):
     def features(self) -> tuple[Feature, ...]:
         return (Feature("functional part in the target's frame", "m", (-2, 2), "goal_offset", size=3),)
 
-    def observe(self, seen: Seen, state: TaskState) -> FloatArray:
+    def observe(self, seen: GoalReadings, state: TaskState) -> FloatArray:
         del state
         return seen["offset"]
 
-    def progress(self, seen: Seen, state: TaskState) -> FloatArray:
+    def progress(self, seen: GoalReadings, state: TaskState) -> FloatArray:
         del state
         return self._near(seen)
 
-    def is_met(self, seen: Seen, state: TaskState) -> BoolArray:
+    def is_met(self, seen: GoalReadings, state: TaskState) -> BoolArray:
         del state
         return np.asarray(length_m(seen["offset"]) <= self.within_m)
 
@@ -133,29 +133,29 @@ class Pose(_ToAPoint):
             Feature("where it has to point", "", (-1, 1), "(goal)", size=3),
         )
 
-    def observe(self, seen: Seen, state: TaskState) -> FloatArray:
+    def observe(self, seen: GoalReadings, state: TaskState) -> FloatArray:
         del state
         wanted = np.tile(unit(self.direction), (seen.n, 1))
         return np.concatenate([seen["offset"], self._pointing(seen), wanted], axis=1)
 
-    def progress(self, seen: Seen, state: TaskState) -> FloatArray:
+    def progress(self, seen: GoalReadings, state: TaskState) -> FloatArray:
         del state
         near = self._near(seen)
         aligned = closeness(self._aside_deg(seen), within=self.within_deg, margin=90.0)
         return _PLACE * near + _TURN * near * aligned
 
-    def is_met(self, seen: Seen, state: TaskState) -> BoolArray:
+    def is_met(self, seen: GoalReadings, state: TaskState) -> BoolArray:
         del state
         return np.asarray((length_m(seen["offset"]) <= self.within_m) & (self._aside_deg(seen) <= self.within_deg))
 
-    def _pointing(self, seen: Seen) -> FloatArray:
+    def _pointing(self, seen: GoalReadings) -> FloatArray:
         """Return the direction of the axis in world axes, (n, 3)."""
         turn, axis = seen["turn"], unit(self.axis)
         w, v = turn[:, :1], turn[:, 1:]
         twice = 2.0 * np.cross(v, np.broadcast_to(axis, v.shape))
         return np.asarray(axis + w * twice + np.cross(v, twice))
 
-    def _aside_deg(self, seen: Seen) -> FloatArray:
+    def _aside_deg(self, seen: GoalReadings) -> FloatArray:
         cosine = np.clip(self._pointing(seen) @ unit(self.direction), -1.0, 1.0)
         return np.asarray(np.rad2deg(np.arccos(cosine)))
 

@@ -10,9 +10,9 @@ from pydantic import field_validator, model_validator
 
 from aidsr.core.artifacts import Artifact
 from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.goals.environment_index import EnvironmentIndex
+from aidsr.tasks.goals.goal_readings import GoalReadings
 from aidsr.tasks.goals.numbers import Finite, Positive, three_numbers
-from aidsr.tasks.goals.seen import Seen
-from aidsr.tasks.goals.surroundings import Surroundings
 from aidsr.tasks.readings import FloatArray
 
 
@@ -41,24 +41,24 @@ class Region(Artifact):
             raise ValueError("a region requires either `size_m`, of a box, or `radius_m`, of a ball")
         return self
 
-    def check(self, around: Surroundings, kind: str) -> None:
+    def check(self, environment: EnvironmentIndex, kind: str) -> None:
         """Refuse a region around something that does not exist.
 
         Raises:
             UserError: `at` is neither a site nor a body of the environment.
         """
         if self.at:
-            around.require_place(self.at, kind)
+            environment.require_place(self.at, kind)
 
     def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
         """Return the sensor of the centre; none if the centre is fixed."""
         return (TaskSensor(name=f"{tag}_region", quantity="target_position", target=self.at),) if self.at else ()
 
-    def start_m(self, around: Surroundings) -> tuple[float, ...]:
+    def start_m(self, environment: EnvironmentIndex) -> tuple[float, ...]:
         """Return the centre at the start, (3,) [m]; for a body its origin, as the sensor measures it."""
-        return self.center_m or around.sites.get(self.at) or around.body(self.at, "region").position_m
+        return self.center_m or environment.sites.get(self.at) or environment.body(self.at, "region").position_m
 
-    def middle_m(self, seen: Seen) -> FloatArray:
+    def middle_m(self, seen: GoalReadings) -> FloatArray:
         """Return the centre, (n, 3) [m]."""
         return np.tile(self.center_m, (seen.n, 1)) if self.center_m is not None else seen["region"]
 

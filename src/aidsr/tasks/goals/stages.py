@@ -9,17 +9,17 @@ import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from aidsr.sim.task_sensors import TaskSensor
-from aidsr.tasks.goals.alone import Sweep
 from aidsr.tasks.goals.bring import Bring
+from aidsr.tasks.goals.environment_index import EnvironmentIndex
 from aidsr.tasks.goals.follow import Follow
 from aidsr.tasks.goals.goal import Goal, Wording
+from aidsr.tasks.goals.goal_readings import GoalReadings
 from aidsr.tasks.goals.limits import AnyLimit
 from aidsr.tasks.goals.move import Lift, Travel
 from aidsr.tasks.goals.reach import Pose, Reach
-from aidsr.tasks.goals.seen import Seen
-from aidsr.tasks.goals.surroundings import Surroundings
 from aidsr.tasks.goals.touch import Touch
 from aidsr.tasks.goals.turn import Turn
+from aidsr.tasks.goals.unattended import Sweep
 from aidsr.tasks.readings import BoolArray, FloatArray
 from aidsr.tasks.shaping import share
 from aidsr.tasks.task import Feature, TaskState
@@ -77,12 +77,12 @@ class Stages(Goal):
             raise ValueError("the last stage is held as long as the whole; write its hold_s before [[stages]]")
         return self
 
-    def resolved(self, around: Surroundings) -> Self:
-        return self.model_copy(update={"stages": tuple(stage.resolved(around) for stage in self.stages)})
+    def resolved(self, environment: EnvironmentIndex) -> Self:
+        return self.model_copy(update={"stages": tuple(stage.resolved(environment) for stage in self.stages)})
 
-    def _parts(self, seen: Seen) -> Iterator[tuple[int, Goal, Seen]]:
+    def _parts(self, seen: GoalReadings) -> Iterator[tuple[int, Goal, GoalReadings]]:
         for index, stage in enumerate(self.stages):
-            yield index, stage, Seen(seen.readings, _tag(seen.tag, index), seen.dt_s)
+            yield index, stage, GoalReadings(seen.readings, _tag(seen.tag, index), seen.dt_s)
 
     @property
     def needs_contact(self) -> bool:
@@ -128,8 +128,8 @@ class Stages(Goal):
     def ways(self) -> tuple[tuple[str, float], ...]:
         return tuple(way for stage in self.stages for way in stage.ways)
 
-    def sweeps(self, around: Surroundings) -> tuple[Sweep, ...]:
-        return tuple(dict.fromkeys(sweep for stage in self.stages for sweep in stage.sweeps(around)))
+    def sweeps(self, environment: EnvironmentIndex) -> tuple[Sweep, ...]:
+        return tuple(dict.fromkeys(sweep for stage in self.stages for sweep in stage.sweeps(environment)))
 
     def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
         found = (sensor for i, stage in enumerate(self.stages) for sensor in stage.sensors(_tag(tag, i)))
@@ -143,13 +143,13 @@ class Stages(Goal):
         now = Feature("which stage it is, 1 for the present one", "", (0, 1), "(state)", size=len(self.stages))
         return (now, *(feature for stage in self.stages for feature in stage.features))
 
-    def start(self, seen: Seen) -> TaskState:
+    def start(self, seen: GoalReadings) -> TaskState:
         state: dict[str, FloatArray] = {"stage": np.zeros(seen.n), "held_s": np.zeros(seen.n)}
         for index, stage, own in self._parts(seen):
             state |= {f"{index}/{key}": value for key, value in stage.start(own).items()}
         return state
 
-    def update(self, seen: Seen, state: TaskState) -> TaskState:
+    def update(self, seen: GoalReadings, state: TaskState) -> TaskState:
         now, held_s, after = state["stage"], state["held_s"], dict(state)
         advance = np.zeros(seen.n, dtype=np.bool_)
         for index, stage, own in self._parts(seen):
@@ -168,15 +168,15 @@ class Stages(Goal):
         after["held_s"] = np.where(advance, 0.0, held_s)
         return after
 
-    def observe(self, seen: Seen, state: TaskState) -> FloatArray:
+    def observe(self, seen: GoalReadings, state: TaskState) -> FloatArray:
         now = (state["stage"][:, None] == np.arange(len(self.stages))).astype(float)
         parts = [stage.observe(own, _own(state, index)) for index, stage, own in self._parts(seen)]
         return np.concatenate([now, *parts], axis=1)
 
-    def progress(self, seen: Seen, state: TaskState) -> FloatArray:
+    def progress(self, seen: GoalReadings, state: TaskState) -> FloatArray:
         return np.asarray((state["stage"] + self._of_present(seen, state)) / len(self.stages))
 
-    def _of_present(self, seen: Seen, state: TaskState) -> FloatArray:
+    def _of_present(self, seen: GoalReadings, state: TaskState) -> FloatArray:
         each = []
         for index, stage, own in self._parts(seen):
             progress = stage.progress(own, _own(state, index))
@@ -189,11 +189,11 @@ class Stages(Goal):
         """Return whether a stage has its own hold time; the last stage has that of the whole goal."""
         return self.stages[index].hold_s > 0.0 and index < len(self.stages) - 1
 
-    def is_met(self, seen: Seen, state: TaskState) -> BoolArray:
+    def is_met(self, seen: GoalReadings, state: TaskState) -> BoolArray:
         *_, (last, stage, own) = self._parts(seen)
         return np.asarray((state["stage"] == last) & stage.is_met(own, _own(state, last)))
 
-    def losses(self, seen: Seen, state: TaskState) -> dict[str, BoolArray]:
+    def losses(self, seen: GoalReadings, state: TaskState) -> dict[str, BoolArray]:
         found: dict[str, BoolArray] = {}
         if late := self._late_text:
             by_s = np.array([np.inf if stage.by_s is None else stage.by_s for stage in self.stages])

@@ -8,11 +8,11 @@ import numpy as np
 from pydantic import model_validator
 
 from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.goals.environment_index import EnvironmentIndex
 from aidsr.tasks.goals.goal import COMING, DOING, MARGIN_M, Goal, Wording, offset_sensor
+from aidsr.tasks.goals.goal_readings import GoalReadings
 from aidsr.tasks.goals.limits import AnyLimit, ForceLimit
 from aidsr.tasks.goals.numbers import Positive
-from aidsr.tasks.goals.seen import Seen
-from aidsr.tasks.goals.surroundings import Surroundings
 from aidsr.tasks.readings import BoolArray, FloatArray
 from aidsr.tasks.shaping import closeness, share
 from aidsr.tasks.task import Feature, TaskState
@@ -43,8 +43,8 @@ class Touch(Goal):
             raise ValueError(f"at_most_n ({self.at_most_n:g} N) must be more than force_n ({self.force_n:g} N)")
         return self
 
-    def resolved(self, around: Surroundings) -> Self:
-        around.require_solid(self.target, "touch")
+    def resolved(self, environment: EnvironmentIndex) -> Self:
+        environment.require_solid(self.target, "touch")
         return self
 
     @property
@@ -66,12 +66,12 @@ class Touch(Goal):
             Feature("force, 1 = as much as wanted", "", (0, 10), "goal_force"),
         )
 
-    def observe(self, seen: Seen, state: TaskState) -> FloatArray:
+    def observe(self, seen: GoalReadings, state: TaskState) -> FloatArray:
         del state
         force = seen.mean_force_n("force") / self.force_n
         return np.column_stack([seen["offset"], seen["gap"], np.clip(force, 0.0, 10.0)])
 
-    def progress(self, seen: Seen, state: TaskState) -> FloatArray:
+    def progress(self, seen: GoalReadings, state: TaskState) -> FloatArray:
         del state
         near = closeness(seen.scalar("gap"), margin=MARGIN_M)
         return COMING * near + DOING * share(seen.mean_force_n("force"), self.force_n)
@@ -81,7 +81,7 @@ class Touch(Goal):
             return ()
         return ((tag, ForceLimit(kind="force", on=self.target, at_most_n=self.at_most_n)),)
 
-    def is_met(self, seen: Seen, state: TaskState) -> BoolArray:
+    def is_met(self, seen: GoalReadings, state: TaskState) -> BoolArray:
         del state
         enough = seen.mean_force_n("force") >= self.force_n
         return np.asarray(enough & (seen.peak_force_n("force") <= (self.at_most_n or np.inf)))
@@ -103,7 +103,7 @@ class Touch(Goal):
     def failure_text(self) -> str:
         return self.violation_text
 
-    def losses(self, seen: Seen, state: TaskState) -> dict[str, BoolArray]:
+    def losses(self, seen: GoalReadings, state: TaskState) -> dict[str, BoolArray]:
         del state
         if self.at_most_n is None:
             return {}

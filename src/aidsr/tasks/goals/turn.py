@@ -10,11 +10,11 @@ from pydantic import Field, field_validator, model_validator
 
 from aidsr.core.errors import UserError
 from aidsr.sim.task_sensors import TaskSensor
-from aidsr.tasks.goals.alone import Sweep
+from aidsr.tasks.goals.environment_index import EnvironmentIndex, unknown
 from aidsr.tasks.goals.goal import COMING, DOING, MARGIN_M, Goal, Wording, offset_sensor
+from aidsr.tasks.goals.goal_readings import GoalReadings
 from aidsr.tasks.goals.numbers import Finite
-from aidsr.tasks.goals.seen import Seen
-from aidsr.tasks.goals.surroundings import Surroundings, unknown
+from aidsr.tasks.goals.unattended import Sweep
 from aidsr.tasks.readings import BoolArray, FloatArray
 from aidsr.tasks.shaping import closeness, share
 from aidsr.tasks.task import Feature, TaskState
@@ -58,8 +58,8 @@ class Turn(Goal):
             )
         return self
 
-    def resolved(self, around: Surroundings) -> Self:
-        joint = around.joint(self.joint)
+    def resolved(self, environment: EnvironmentIndex) -> Self:
+        joint = environment.joint(self.joint)
         if joint.kind != "hinge":
             raise UserError(
                 f'the joint "{self.joint}" is a {joint.kind}, which has no angle to turn; use a travel goal for a slide'
@@ -76,9 +76,9 @@ class Turn(Goal):
         target = self.target or joint.body
         if not target:
             raise UserError(f'the joint "{self.joint}" moves a body without a name; name that body')
-        around.require_solid(target, "turn")
-        if joint.name not in (each.name for each in around.mechanism.carrying(target)):
-            turned = [name for name in around.bodies if joint in around.mechanism.carrying(name)]
+        environment.require_solid(target, "turn")
+        if joint.name not in (each.name for each in environment.mechanism.carrying(target)):
+            turned = [name for name in environment.bodies if joint in environment.mechanism.carrying(name)]
             raise unknown("target", target, f'the joint "{self.joint}" must carry it', turned)
         return self.model_copy(update={"target": target})
 
@@ -86,8 +86,8 @@ class Turn(Goal):
     def moves_bodies(self) -> bool:
         return True
 
-    def sweeps(self, around: Surroundings) -> tuple[Sweep, ...]:
-        joint = around.only_joint(around.joint(self.joint).body)
+    def sweeps(self, environment: EnvironmentIndex) -> tuple[Sweep, ...]:
+        joint = environment.only_joint(environment.joint(self.joint).body)
         least_deg = abs(self.by_deg) - (self.within_deg or 0.0)
         return (Sweep(joint.body, by_rad=math.radians(math.copysign(least_deg, self.by_deg))),) if joint else ()
 
@@ -106,13 +106,13 @@ class Turn(Goal):
             Feature("angle turned, 1 = as wanted", "", (-1, 2), "goal_angle"),
         )
 
-    def start(self, seen: Seen) -> TaskState:
+    def start(self, seen: GoalReadings) -> TaskState:
         return {"start": seen["angle"]}
 
-    def observe(self, seen: Seen, state: TaskState) -> FloatArray:
+    def observe(self, seen: GoalReadings, state: TaskState) -> FloatArray:
         return np.column_stack([seen["offset"], seen["gap"], self._turned_deg(seen, state) / abs(self.by_deg)])
 
-    def progress(self, seen: Seen, state: TaskState) -> FloatArray:
+    def progress(self, seen: GoalReadings, state: TaskState) -> FloatArray:
         wanted, turned_deg = abs(self.by_deg), self._turned_deg(seen, state)
         if self.within_deg is not None:  # an angle too large counts the same as one that is too small by as much
             turned_deg = wanted - np.maximum(np.abs(turned_deg - wanted) - self.within_deg, 0.0)
@@ -120,13 +120,13 @@ class Turn(Goal):
         near = closeness(seen.scalar("gap"), margin=MARGIN_M)
         return COMING * np.maximum(near, turned) + DOING * turned
 
-    def is_met(self, seen: Seen, state: TaskState) -> BoolArray:
+    def is_met(self, seen: GoalReadings, state: TaskState) -> BoolArray:
         wanted, turned_deg = abs(self.by_deg), self._turned_deg(seen, state)
         if self.within_deg is None:
             return np.asarray(turned_deg >= wanted - _ROUNDING_DEG)
         return np.asarray(np.abs(turned_deg - wanted) <= self.within_deg)
 
-    def _turned_deg(self, seen: Seen, state: TaskState) -> FloatArray:
+    def _turned_deg(self, seen: GoalReadings, state: TaskState) -> FloatArray:
         """Return the angle turned in the required direction, (n,) [deg]."""
         turned = np.rad2deg(seen["angle"] - state["start"])[:, 0]
         return np.asarray(turned * math.copysign(1.0, self.by_deg))

@@ -26,9 +26,9 @@ from aidsr.sandbox.limits import Limits
 from aidsr.sim.assembly import assemble
 from aidsr.sim.environment_summary import summarize_environment
 from aidsr.tasks import GoalTask, goal_task, read_goal
-from aidsr.tasks.goals.alone import SETTLE_S, remarks
 from aidsr.tasks.goals.stages import Stages
 from aidsr.tasks.goals.turn import Turn
+from aidsr.tasks.goals.unattended import SETTLE_S, remarks
 from aidsr.tasks.readings import FloatArray
 from aidsr.tasks.targets import targets_and_mounts, targets_of
 from aidsr.tasks.travelling_task import TravellingTask
@@ -164,7 +164,7 @@ def check_task(task: GoalTask, *, seed: int = 0, listen: Callable[[str], None] =
         judging=task.judging(),
     )
     mounts = tuple(_mounts(brief, task))
-    alone, drifts = remarks(task.alone), _drifts(task)
+    alone, drifts = remarks(task.unattended), _drifts(task)
     listen("choosing a reference robot")
     tried = FittingDesigner(asked, seed, listen=lambda body: listen(tried_text(body))).tried(brief, ROUNDS)
     if not tried:
@@ -225,7 +225,7 @@ def _drifts(task: GoalTask) -> tuple[str, ...]:
     goal, found = task.goal, []
     for stage in goal.stages if isinstance(goal, Stages) else (goal,):
         ways = dict(stage.ways)
-        for drift in task.alone[0].drifts:
+        for drift in task.unattended[0].drifts:
             share = drift.way_m / ways[drift.body] if drift.body in ways else 0.0
             if isinstance(stage, Turn) and stage.target == drift.body:
                 share = abs(drift.turned_deg / stage.by_deg)

@@ -13,7 +13,7 @@ SHARED = ("com_position", "com_velocity")
 
 
 @dataclass(frozen=True)
-class Seen:
+class GoalReadings:
     """Readings of n simulations for one goal or one limit."""
 
     readings: Readings

@@ -18,7 +18,7 @@ _ROUNDING = 1.005
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class EnvironmentIndex:
     """An environment, or a scene that contains one; parts of the robot are ignored."""
 
     mjcf: str

@@ -1,7 +1,7 @@
 """Simulation of an environment without a robot: whether its targets rest, and whether anything blocks their motion.
 
-`aidsr.tasks.goals.surroundings` checks the ranges of joints. This module also checks contacts: the target's joint is
-swept through the required travel, and pressed against what it meets.
+`aidsr.tasks.goals.environment_index` checks the ranges of joints. This module also checks contacts: the target's joint
+is swept through the required travel, and pressed against what it meets.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ _INSIDE_M = 0.001
 class Sweep:
     """Required motion of one joint: a turn by an angle, or a distance of a body's centre of mass."""
 
-    joint: str
+    moved_body: str
     """Body that the joint moves. It has no other joint, and no joint moves the bodies that carry it."""
     by_rad: float = 0.0
     """Required angle [rad]; 0 if a distance is required."""
@@ -110,7 +110,7 @@ class Stop(Artifact):
         return f"{self.other} after {1000 * self.at:.3g} of {1000 * self.of:.3g} mm"
 
 
-class Alone(Artifact):
+class UnattendedRun(Artifact):
     """Behaviour of an environment without a robot, from one initial state."""
 
     broken_s: float | None
@@ -122,23 +122,23 @@ class Alone(Artifact):
     """Stops of the sweeps that meet something."""
 
 
-def refuse(begun: Alone) -> None:
+def refuse(run: UnattendedRun) -> None:
     """Refuse a goal that cannot be met as the environment is written.
 
     Raises:
         UserError: The simulation diverges, a target lies inside another shape, or a target is stopped on its way.
     """
-    if begun.broken_s is not None:
+    if run.broken_s is not None:
         raise UserError(
-            f"the environment breaks down by itself after {begun.broken_s:.2g} s without a robot; look for overlaps, "
+            f"the environment breaks down by itself after {run.broken_s:.2g} s without a robot; look for overlaps, "
             "light bodies on stiff springs, and forces without damping"
         )
-    for overlap in begun.overlaps:
+    for overlap in run.overlaps:
         raise UserError(
             f'"{overlap.body}" stands {1000 * overlap.depth_m:.3g} mm inside of {overlap.other} at the start, which '
             "holds it or throws it out; move them apart, or let them not collide (<contact><exclude>)"
         )
-    for stop in begun.stops:
+    for stop in run.stops:
         if not stop.passes:
             raise UserError(
                 f'"{stop.body}" cannot go all the way: it meets {stop.text}, where {PRESS_N:g} N do not get it on; '
@@ -146,13 +146,13 @@ def refuse(begun: Alone) -> None:
             )
 
 
-def remarks(begins: Sequence[Alone]) -> tuple[str, ...]:
+def remarks(runs: Sequence[UnattendedRun]) -> tuple[str, ...]:
     """Return sentences on what a user should know about an environment that is not refused.
 
     Args:
-        begins: Behaviour of the environment as written, then in some variations; at least one.
+        runs: Behaviour of the environment as written, then in some variations; at least one.
     """
-    first, *varied = begins
+    first, *varied = runs
     said = [f"{drift.text[0].upper()}{drift.text[1:]}, without a robot." for drift in first.drifts]
     said += [
         f"{stop.body} meets {stop.text}; {PRESS_N:g} N press it on, through a contact that soft."
@@ -160,18 +160,18 @@ def remarks(begins: Sequence[Alone]) -> tuple[str, ...]:
         if stop.at < _NEARLY * stop.of
     ]
     faults: dict[str, int] = {}
-    for begun in varied:
-        for fault in [f"{each.body} stands inside of {each.other}" for each in begun.overlaps] + [
-            f"{each.body} is stopped by {each.other}" for each in begun.stops if not each.passes
+    for run in varied:
+        for fault in [f"{each.body} stands inside of {each.other}" for each in run.overlaps] + [
+            f"{each.body} is stopped by {each.other}" for each in run.stops if not each.passes
         ]:
             faults[fault] = faults.get(fault, 0) + 1
     said += [f"{fault} in {count} of {len(varied)} variations that were tried." for fault, count in faults.items()]
     return tuple(said)
 
 
-def play_alone(
+def run_unattended(
     mjcf: str, bodies: Sequence[str], sweeps: Sequence[Sweep], starts: Sequence[Sequence[Change]]
-) -> tuple[Alone, ...]:
+) -> tuple[UnattendedRun, ...]:
     """Return the behaviour of an environment without a robot, for each of several initial states.
 
     Args:
@@ -190,14 +190,14 @@ def play_alone(
 @lru_cache(maxsize=16)
 def _once(
     mjcf: str, bodies: tuple[str, ...], sweeps: tuple[Sweep, ...], starts: tuple[tuple[Change, ...], ...]
-) -> tuple[Alone, ...]:
+) -> tuple[UnattendedRun, ...]:
     return _play(mjcf, bodies, sweeps, starts)
 
 
 @isolated
 def _play(
     mjcf: str, bodies: tuple[str, ...], sweeps: tuple[Sweep, ...], starts: tuple[tuple[Change, ...], ...]
-) -> tuple[Alone, ...]:
+) -> tuple[UnattendedRun, ...]:
     found, written = [], load_mjcf(mjcf).model
     for start in starts:
         model = copy.copy(written)
@@ -207,7 +207,9 @@ def _play(
         stops = [_sweep(model, start, sweep) for sweep in sweeps]
         broken_s, drifts = _settle(model, data, bodies)
         found.append(
-            Alone(broken_s=broken_s, overlaps=overlaps, drifts=drifts, stops=tuple(stop for stop in stops if stop))
+            UnattendedRun(
+                broken_s=broken_s, overlaps=overlaps, drifts=drifts, stops=tuple(stop for stop in stops if stop)
+            )
         )
     return tuple(found)
 
@@ -278,7 +280,7 @@ def _hinge(model: mujoco.MjModel, body: int) -> int | None:
 def _sweep(model: mujoco.MjModel, start: Sequence[Change], sweep: Sweep) -> Stop | None:
     """Return the first obstacle, fixed to the world, that a joint meets on its way; None if it meets none."""
     data = mujoco.MjData(model)
-    joint = int(model.body_jntadr[model.body(sweep.joint).id])
+    joint = int(model.body_jntadr[model.body(sweep.moved_body).id])
     address = int(model.jnt_qposadr[joint])
     own = _carried(model, int(model.jnt_bodyid[joint]))
     apply_to_simulation(Variation(tuple(start)), model, data)
@@ -298,7 +300,7 @@ def _sweep(model: mujoco.MjModel, start: Sequence[Change], sweep: Sweep) -> Stop
                 passes = _passes(model, start, joint, by, own)
                 angle = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE
                 return Stop(
-                    body=sweep.joint,
+                    body=sweep.moved_body,
                     other=name_of_shape(model, other),
                     at=met[geom, other],
                     of=abs(by),

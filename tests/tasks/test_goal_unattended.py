@@ -5,7 +5,7 @@ import pytest
 from aidsr.core.errors import UserError
 from aidsr.examples import examples
 from aidsr.tasks import goal_task, parse_goal
-from aidsr.tasks.goals.alone import remarks
+from aidsr.tasks.goals.unattended import remarks
 
 LEVER = """<mujoco><option timestep="0.002" integrator="implicitfast" cone="elliptic"/>
 <default><geom priority="1" {contact}/></default><worldbody>
@@ -29,17 +29,17 @@ def turn(by_deg, mjcf, **keys):
 def test_a_lever_that_meets_a_pipe_is_refused_and_the_other_way_is_not():
     with pytest.raises(UserError, match=r'"lever" cannot go all the way: it meets pipe after (59|60|61) of 85 deg'):
         turn(85, lever())
-    assert remarks(turn(50, lever()).alone) == ()
-    assert remarks(turn(-85, lever()).alone) == ()
+    assert remarks(turn(50, lever()).unattended) == ()
+    assert remarks(turn(-85, lever()).unattended) == ()
 
 
 def test_what_a_press_gets_through_is_told_and_not_refused():
-    (said,) = remarks(turn(85, lever(SOFT)).alone)
+    (said,) = remarks(turn(85, lever(SOFT)).unattended)
     assert said.startswith("lever meets pipe after 60 of 85 deg; 5 N press it on")
 
 
 def test_a_tolerance_that_ends_before_the_obstacle_is_met():
-    assert remarks(turn(85, lever(), within_deg=30).alone) == ()
+    assert remarks(turn(85, lever(), within_deg=30).unattended) == ()
 
 
 def test_a_target_inside_of_something_is_refused():
@@ -48,14 +48,14 @@ def test_a_target_inside_of_something_is_refused():
 
 
 def test_what_stands_in_the_way_in_some_variations_is_told():
-    said = remarks(turn(55, lever(), vary_m=[0.0, 0.03, 0.0]).alone)
+    said = remarks(turn(55, lever(), vary_m=[0.0, 0.03, 0.0]).unattended)
     assert len(said) >= 1
     assert all(" of 4 variations that were tried." in each for each in said)
 
 
 def test_what_moves_by_itself_is_told():
     sprung = lever(held=0, pin='stiffness="0.05" springref="40"').replace('springref="40"', 'springref="40" ref="0"')
-    (said,) = remarks(turn(50, sprung).alone)
+    (said,) = remarks(turn(50, sprung).unattended)
     assert said.startswith("Lever goes ")
     assert "its hinge turns by " in said
 
@@ -68,7 +68,7 @@ def test_a_slide_is_swept_by_the_way_of_its_body():
     text = 'kind = "travel"\ntarget = "switch"\ndistance_m = {}\ndirection = [1, 0, 0]'
     with pytest.raises(UserError, match=r"it meets back after 4(\.\d+)? of 10 mm"):
         goal_task(parse_goal(text.format(0.01)), panel)
-    assert remarks(goal_task(parse_goal(text.format(0.003)), panel).alone) == ()
+    assert remarks(goal_task(parse_goal(text.format(0.003)), panel).unattended) == ()
 
 
 def test_an_environment_that_breaks_down_by_itself_is_refused():
@@ -80,7 +80,7 @@ def test_an_environment_that_breaks_down_by_itself_is_refused():
 @pytest.mark.parametrize("name", examples())
 def test_every_example_rests_and_has_its_way_clear(name):
     example = examples()[name]
-    assert remarks(goal_task(parse_goal(example.goal), example.environment).alone) == ()
+    assert remarks(goal_task(parse_goal(example.goal), example.environment).unattended) == ()
 
 
 BLOCK = """<mujoco><worldbody><geom name="floor" type="plane" size="2 2 0.1"/>
