@@ -131,6 +131,21 @@ def test_a_policy_that_wins_about_as_much_stays(tmp_path, monkeypatch):
     assert (config.recipe.script, Training(tmp_path).beginning) == ("", "")
 
 
+@pytest.mark.parametrize(
+    ("motion", "policy", "is_beaten"),
+    [(14, 10, True), (14, 11, False), (18, 14, True), (18, 15, False), (20, 16, True), (20, 17, False), (10, 6, True)],
+)
+def test_a_motion_replaces_a_policy_that_wins_four_episodes_less(tmp_path, motion, policy, is_beaten):
+    scene = small_learning()
+    config = TrainingConfig.of(scene, steps=STEPS, seed=0, recipe=SMALL)
+    config = config.model_copy(update={"motion": "left: 1", "motion_share": motion / 20})
+    learning = training._Training(scene, TrainingFolder(tmp_path), config, 1, tensorboard=False)
+    learning.history.won = policy
+    learning.history.recent.extend([(1.0, 1.0, 1.0)] * policy + [(0.0, 0.0, 0.0)] * (20 - policy))
+    assert learning.is_beaten("budget") is is_beaten
+    assert not learning.is_beaten("saturated")
+
+
 def test_the_same_request_is_the_same_training_whatever_the_probe_found(tmp_path):
     scene = small_learning()
     home = tmp_path / "training"

@@ -42,9 +42,9 @@ this index on are never sampled."""
 _TEST_EPISODES = 20
 """Number of development episodes that test whether training is saturated and which policy is kept."""
 
-_CLEARLY = 0.2
-"""Difference in success share by which a motion must exceed the learned policy in these episodes to replace it. Our
-choice: twice the standard error of 20 episodes."""
+_CLEARLY = 4
+"""Number of these episodes by which a motion must exceed the learned policy to replace it. Our choice: a fifth, twice
+the standard error of 20 episodes."""
 
 
 def train(
@@ -304,7 +304,9 @@ class _Training:
         """
         if not self.config.motion or stopped == "saturated":
             return False
-        return self.share <= self.config.motion_share - _CLEARLY
+        # whole episodes: differences of shares such as 0.7 - 0.5 are inexact
+        motion, policy = (round(_TEST_EPISODES * share) for share in (self.config.motion_share, self.share))
+        return motion - policy >= _CLEARLY
 
     @property
     def share(self) -> float:
