@@ -13,14 +13,14 @@ _LEAST_IMPROVEMENT = 0.05
 with less improvement would leave two thirds of the distance."""
 
 
-def never_stop(changes: Sequence[Change]) -> bool:
-    """Return False: never stop before the iterations are used up, as in the paper's method."""
+def never_stop(changes: Sequence[Change]) -> int | None:
+    """Return None: never stop before the iterations are used up, as in the paper's method."""
     del changes
-    return False
+    return None
 
 
-def no_progress(changes: Sequence[Change]) -> bool:
-    """Return whether the latest change asks a role again for what it did not improve the last time.
+def no_progress(changes: Sequence[Change]) -> int | None:
+    """Return how many changes ago the same roles got the same problems, which have not improved since.
 
     Problems are the same when the faults have the same codes and places, or the Judge's words are the same. Faults that
     moved at least a twentieth of their distance to the limit are not the same. A role that has not been asked yet gets
@@ -28,14 +28,17 @@ def no_progress(changes: Sequence[Change]) -> bool:
 
     Args:
         changes: Change requested after each iteration of the round, in order.
+
+    Returns:
+        1 for the change before the latest one, and so on; None if there is no such change.
     """
     newest = changes[-1]
-    for before in reversed(changes[:-1]):
+    for ago, before in enumerate(reversed(changes[:-1]), 1):
         if not _no_better(before, newest):
-            return False
+            return None
         if _roles(before) == _roles(newest):
-            return True
-    return False
+            return ago
+    return None
 
 
 def _roles(change: Change) -> tuple[bool, ...]:

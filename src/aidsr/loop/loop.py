@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass, field
+from enum import Enum, auto
 
 from aidsr.core.artifacts import Brief, Decision, Outcome, Robot
 from aidsr.core.errors import BudgetError, NoBetterDesignError, ReplyError
@@ -15,6 +16,15 @@ from aidsr.runs.status import newest
 
 _MEASURED_AGAIN = 3
 """Number of scenes that are measured again, among those that fell short, best first. Our choice."""
+
+
+class _Next(Enum):
+    """What follows an iteration that ends neither with a decision nor with an outcome."""
+
+    ITERATION = auto()
+    """Another iteration."""
+    BEST_TRIED = auto()
+    """No more trials: the scene that got farthest in its trial is decided on."""
 
 
 @dataclass(frozen=True)
@@ -49,14 +59,14 @@ class DesignLoop:
         for number in itertools.count(1):
             iteration = Iteration(self.design.iteration(number), state.brief, self.parts, log, halt)
             result = self._run_iteration(iteration, state)
-            if isinstance(result, Outcome) and state.fell_short:
+            if result is _Next.ITERATION:
+                continue
+            if result is _Next.BEST_TRIED or (isinstance(result, Outcome) and state.fell_short):
                 iteration, state.draft = self._came_farthest(state.fell_short)
                 result = iteration.decide()
             elif isinstance(result, Outcome) and state.measured:
                 result = self._with_best(result, state.measured)
             match result:
-                case None:
-                    continue
                 case Outcome():
                     return result
                 case Decision(verdict="approve"):
@@ -69,8 +79,8 @@ class DesignLoop:
                     state = _Round(state.draft, brief, 1 + self.iterations, Change(concept=result.text))
         raise AssertionError("the iterations of a round are limited")
 
-    def _run_iteration(self, iteration: Iteration, state: _Round) -> Decision | Outcome | None:
-        """Run an iteration; return the decision, the outcome if the design ends, or None if it continues."""
+    def _run_iteration(self, iteration: Iteration, state: _Round) -> Decision | Outcome | _Next:
+        """Run an iteration; return the decision, the outcome if the design ends, or what follows."""
         number = iteration.folder.number
         try:
             state.draft, result = iteration.run(state.draft, state.requested)
@@ -90,19 +100,19 @@ class DesignLoop:
             state.measured.append(iteration)
         if state.iterations_left <= 0:
             return self._give_up(result, number)
-        if self.parts.stalled(state.changes):
-            return _stop_early(result, number)
+        if (ago := self.parts.stalled(state.changes)) is not None:
+            return _stop_early(result, number - ago, number)
         state.requested = result
-        return None
+        return _Next.ITERATION
 
-    def _after_trial(self, iteration: Iteration, state: _Round, change: Change) -> Outcome | None:
-        """Send back a design that fell short in its trial, or return an outcome after the last allowed time."""
+    def _after_trial(self, iteration: Iteration, state: _Round, change: Change) -> _Next:
+        """Send back a design that fell short in its trial, unless its trials are used up or do not get farther."""
         state.trial_changes.append(change)
         state.fell_short.append((iteration, state.draft))
-        if len(state.trial_changes) > self.parts.task_rounds or self.parts.stalled(state.trial_changes):
-            return _stop_early(change, iteration.folder.number)
+        if len(state.trial_changes) > self.parts.task_rounds or self.parts.stalled(state.trial_changes) is not None:
+            return _Next.BEST_TRIED
         state.iterations_left, state.changes, state.requested = 1 + self.iterations, [], change
-        return None
+        return _Next.ITERATION
 
     def _with_best(self, ended: Outcome, measured: list[Iteration]) -> Outcome:
         """Return the outcome of a design that never passed, with the best robot that the Judge measured."""
@@ -179,8 +189,9 @@ def _progress(iteration: Iteration) -> float:
     return report.progress if report else 0.0
 
 
-def _stop_early(change: Change, number: int) -> Outcome:
-    same = f"iterations {number - 1} and {number} found the same faults, without improvement"
+def _stop_early(change: Change, matched: int, number: int) -> Outcome:
+    """Return the outcome of a design whose iteration found what an earlier, matched one had found."""
+    same = f"iterations {matched} and {number} found the same faults, without improvement"
     reason = f"Stopped early: {same}: {change.reason}"
     return Outcome(outcome="invalid", reason=reason, iteration=number)
 

@@ -26,8 +26,9 @@ TeamFor = Callable[[Path], Team]
 Picture = Callable[[str], bytes]
 """Renders MJCF as a PNG; may raise MjcfError or IsolationError."""
 
-Stalled = Callable[[Sequence[Change]], bool]
-"""Returns whether to stop early, given the changes that each iteration of the round requested."""
+Stalled = Callable[[Sequence[Change]], int | None]
+"""Returns how many changes ago the latest one was requested before, to stop early, or None to continue; given the
+changes that each iteration of the round requested."""
 
 Halt = Callable[[], bool]
 """Returns whether work should stop as soon as possible."""
