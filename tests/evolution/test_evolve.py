@@ -113,6 +113,27 @@ def test_what_was_played_in_one_variation_alone_does_not_end_it(
     assert Plan(train=train, config=CONFIG).done_by(lesson) == done
 
 
+@pytest.mark.usefixtures("designs")
+def test_it_ends_with_any_robot_that_does_the_job_and_shows_the_best_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The best one by progress and policy together need not be one whose every search reached the goal."""
+    measured = {
+        "objective": "", "base": "fixed", "family": "", "morphology": "", "actuation": "", "actuators": 1, "groups": 1,
+        "found": "", "model": "", "scene_sha256": "", "searches": 2, "solved": True, "most": 1,
+    }  # fmt: skip
+    best = Lesson(name="best", progress=0.9, least=0.8, policy_success=0.4, evidence="a/designs/1/01", **measured)
+    done = Lesson(name="done", progress=1.0, least=1.0, evidence="a/designs/2/01", **measured)
+    monkeypatch.setattr(generations, "lessons_of", lambda _run: (best, done))
+    lines: list[str] = []
+    assert evolve(begun(tmp_path), lines.append) == best
+    assert lines == ["generation 1: best comes to 0.90"]
+    with pytest.raises(SystemExit) as ended:
+        main(["evolve", "--task", "gap", "--out", str(tmp_path / "command"), "--generations", "2"])
+    assert ended.value.code == 0
+    assert "Best result: best" in capsys.readouterr().out
+
+
 def test_the_budget_is_that_of_all_generations(
     tmp_path: Path, designs: list[tuple[int, str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -14,7 +14,7 @@ folder/report.md          generations and archive, computed from the other files
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -63,6 +63,10 @@ class Plan(Artifact):
         if self.train:
             return (lesson.policy_success or 0.0) >= SUCCESSFUL_SHARE
         return lesson.least >= _DONE and (lesson.searches > 1 or not lesson.how)
+
+    def is_done(self, lessons: Iterable[Lesson]) -> bool:
+        """Whether one of the robots does the job; it need not be the one with the most progress."""
+        return any(self.done_by(lesson) for lesson in lessons)
 
 
 @dataclass(frozen=True)
@@ -186,7 +190,7 @@ def evolve(
         replace_file(evolution.path / "report.md", report(plan.generations, _measured(evolution, plan)).encode())
         best = _best(lessons)
         listen(f"generation {number}: " + (f"{best.name} comes to {best.progress:.2f}" if best else "nothing measured"))
-        if best and plan.done_by(best):
+        if plan.is_done(lessons):
             break
     return _best(evolution.archive.lessons())
 

@@ -103,4 +103,4 @@ def evolve(
         return 1
     write(f"Best result: {best.text()}\n")
     write(f"Report: {out}/report.md; lessons: {out}/archive.jsonl\n")
-    return 0 if plan.done_by(best) else 1
+    return 0 if plan.is_done(evolution.archive.lessons()) else 1
