@@ -47,7 +47,7 @@ def test_each_generation_is_told_what_the_ones_before_measured(tmp_path: Path, d
     assert designs == [(0, ""), (1, "archive.jsonl"), (2, "archive.jsonl")]
     assert best is not None
     assert best.progress == pytest.approx(0.9)
-    told = [evolution.generation(number).brief().lessons for number in (1, 2, 3)]
+    told = [run.brief().lessons for run in evolution.generations().values()]
     assert [len(lessons) for lessons in told] == [0, 1, 1]  # all are of one family: the best of it is told
     assert "progress 0.60" in told[2][0]
     assert lines[-1] == "generation 3: concept 1 comes to 0.90"
@@ -143,7 +143,7 @@ def test_the_budget_is_that_of_all_generations(
     monkeypatch.setattr(generations, "read_status", lambda _run: Spent)
     evolution, lines = begun(tmp_path, config=CONFIG.updated({"budget": Budget(tokens=1000)})), []
     evolve(evolution, lines.append)
-    assert [evolution.generation(n).asked().config.budget.tokens for n in (1, 2)] == [1000, 400]
+    assert [run.asked().config.budget.tokens for run in evolution.generations().values()] == [1000, 400]
     assert lines[-1] == "generation 3: the budget is spent"
 
 

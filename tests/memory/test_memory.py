@@ -11,6 +11,7 @@ from aidsr.loop.run import create_run
 from aidsr.loop.runner import run_designs
 from aidsr.memory import Lesson, Memory, elites
 from aidsr.memory.collecting import lessons_of
+from aidsr.memory.lesson import designer_of
 from aidsr.runs import RecordedModel
 from aidsr.teams.llm.prompts import render
 from scripted import Script, Scripted, brief, new_run, parts, tried
@@ -56,6 +57,28 @@ def test_a_lesson_is_what_a_trial_measured_of_a_scene_and_the_attempt_before(tmp
     assert found.evidence == f"{run.path.name}/designs/1/02"
     assert "progress 0.30 (0.20 to 0.40 in 2 searches), decisive stage not reached" in found.text()
     assert "\n" not in found.text()
+
+
+@pytest.mark.parametrize(
+    ("model", "designer"),
+    [
+        ("builtin", "builtin"),
+        ("openai:gpt-5", "openai"),
+        ("manual:/home/me/prompts", "manual"),
+        ("llama@http://localhost:8000/v1", "llama"),
+        ("qwen3:8b@https://host:11434/v1", "qwen3:8b"),
+    ],
+)
+def test_a_lesson_names_its_designer_without_paths_and_addresses(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, model: str, designer: str
+) -> None:
+    monkeypatch.setenv("OPENAI_API_KEY", "none")
+    assert designer_of(model) == designer
+    run = new_run(tmp_path, model=model)
+    run_designs(run, parts(Scripted([Script()])))
+    run.design(1).iteration(1).task_report.write(tried(0.3, decisive=False))
+    (found,) = lessons_of(run)
+    assert (found.model, found.design_and_iteration) == (designer, (1, 1))
 
 
 def test_what_was_measured_again_counts_and_a_later_attempt_says_what_changed(tmp_path: Path) -> None:

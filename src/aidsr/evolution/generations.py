@@ -14,7 +14,7 @@ folder/report.md          generations and archive, computed from the other files
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -101,11 +101,14 @@ class Evolution:
             raise UserError(f"{self.path} is not the folder of an evolution: evolve.json not found")
         return plan
 
-    def generation(self, number: int) -> Run | None:
-        """Return the run of a generation, counted from 1; None if it has not begun."""
-        seed = self.asked().config.seed + number - 1
-        runs = Library(self.path / "runs").runs()
-        return next((run for run in runs if run.asked().config.seed == seed), None)
+    def generations(self) -> dict[int, Run]:
+        """Return the runs of the generations that have begun, by number in ascending order; the first is 1.
+
+        The seed of a run tells its generation; if several runs have the same seed, the newest counts.
+        """
+        first = self.asked().config.seed
+        oldest_first = reversed(Library(self.path / "runs").runs())
+        return dict(sorted({run.asked().config.seed - first + 1: run for run in oldest_first}.items()))
 
     def training(self, lesson: Lesson) -> JsonFile[Evaluation]:
         """Return the file with the evaluation of a short training of the scene of a lesson."""
@@ -177,7 +180,8 @@ def evolve(
     """
     plan = evolution.asked()
     for number in range(1, plan.generations + 1):
-        run = evolution.generation(number) or _new_generation(evolution, plan, number)
+        begun = evolution.generations()
+        run = begun.get(number) or _new_generation(evolution, plan, number, begun)
         if run is None:
             listen(f"generation {number}: the budget is spent")
             break
@@ -195,9 +199,9 @@ def evolve(
     return _best(evolution.archive.lessons())
 
 
-def _new_generation(evolution: Evolution, plan: Plan, number: int) -> Run | None:
+def _new_generation(evolution: Evolution, plan: Plan, number: int, begun: Mapping[int, Run]) -> Run | None:
     """Create the run of a generation that has not begun, and return it; None if the budget is spent."""
-    left = _left(evolution, plan, number)
+    left = _left(plan, [run for earlier, run in begun.items() if 1 <= earlier < number])
     if left is None:
         return None
     brief = make_brief(
@@ -218,10 +222,9 @@ def _new_generation(evolution: Evolution, plan: Plan, number: int) -> Run | None
     )
 
 
-def _left(evolution: Evolution, plan: Plan, number: int) -> Budget | None:
+def _left(plan: Plan, spent: Iterable[Run]) -> Budget | None:
     """Return the budget that the earlier generations left; None if it is spent."""
-    budget, spent = plan.config.budget, [run for n in range(1, number) if (run := evolution.generation(n))]
-    usage = [read_status(run).usage for run in spent]
+    budget, usage = plan.config.budget, [read_status(run).usage for run in spent]
     tokens, cost = budget.tokens, budget.cost_usd
     if tokens is not None:
         tokens -= sum(each.input_tokens + each.output_tokens for each in usage)
@@ -248,10 +251,10 @@ def _train(evolution: Evolution, plan: Plan, run: Run, lesson: Lesson) -> str:
     """Train a policy for the scene of a lesson, store its evaluation, and return the result as a sentence."""
     from aidsr.learn.rl.short_training import train_briefly
 
-    _, _, number, iteration = lesson.evidence.split("/")
-    design = run.design(int(number))
-    scene = design.iteration(int(iteration)).scene.read()
-    robot = newest(each.robot.read() for each in design.leading_to(int(iteration)))
+    number, iteration = lesson.design_and_iteration
+    design = run.design(number)
+    scene = design.iteration(iteration).scene.read()
+    robot = newest(each.robot.read() for each in design.leading_to(iteration))
     assert scene is not None
     assert robot is not None
     goal = evolution.goal if evolution.goal.exists() else None
@@ -267,8 +270,8 @@ def _train(evolution: Evolution, plan: Plan, run: Run, lesson: Lesson) -> str:
 
 def _measured(evolution: Evolution, plan: Plan) -> list[tuple[int, tuple[Lesson, ...]]]:
     """Return the number and the lessons of each generation so far."""
-    numbered = ((number, evolution.generation(number)) for number in range(1, plan.generations + 1))
-    return [(number, evolution.lessons(run)) for number, run in numbered if run]
+    begun = evolution.generations()
+    return [(number, evolution.lessons(run)) for number, run in begun.items() if 1 <= number <= plan.generations]
 
 
 def _best(lessons: tuple[Lesson, ...]) -> Lesson | None:

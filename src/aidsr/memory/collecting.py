@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from aidsr.core.artifacts import Brief, Concept, Robot, TaskReport
 from aidsr.core.provenance import commit
-from aidsr.memory.lesson import Lesson
+from aidsr.memory.lesson import Lesson, designer_of
 from aidsr.memory.sessions import lessons_of_session
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.compare import attempted, compare
@@ -50,7 +50,7 @@ def _of_design(run: Run, design: DesignFolder, asked: RunRecord, brief: Brief) -
             changed=changes.changed if changes else (),
             progress_before=before[1] if before else None,
             **_measured(tried),
-            model=asked.config.model.partition(":")[0] if ":" in asked.config.model else asked.config.model,
+            model=designer_of(asked.config.model),
             evidence=evidence,
             scene_sha256=hashlib.sha256(scene.mjcf.encode()).hexdigest(),
             commit=commit(),

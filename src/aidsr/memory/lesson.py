@@ -57,9 +57,9 @@ class Lesson(Artifact):
     policy_success: Share | None = None
     """Share of development episodes in which a policy succeeded after a short training; None if none was trained."""
     model: str
-    """Provider of the model that designed the robot, or the model's name if it names no provider."""
+    """Provider of the model that designed the robot, or the model's name if it names no provider; see `designer_of`."""
     evidence: str
-    """Run and iteration, for example RUN/designs/1/02."""
+    """Run and iteration, for example RUN/designs/1/02; for a designer's measurement followed by /work/SCENE."""
     scene_sha256: str
     """SHA-256 of the scene's MJCF text."""
     commit: str = ""
@@ -71,6 +71,12 @@ class Lesson(Artifact):
             return f"progress {self.progress:.2f} ({excerpt(_line(self.how), _HOW)})"
         searches = f"{self.least:.2f} to {self.most:.2f} in {counted(self.searches, 'search')}"
         return f"progress {self.progress:.2f} ({searches}), decisive stage {'' if self.solved else 'not '}reached"
+
+    @property
+    def design_and_iteration(self) -> tuple[int, int]:
+        """Numbers of the design and of its iteration, from `evidence`."""
+        _, _, design, iteration, *_ = self.evidence.split("/")
+        return int(design), int(iteration)
 
     @property
     def job(self) -> str:
@@ -100,6 +106,15 @@ class Lesson(Artifact):
             changed = excerpt("; ".join(self.changed), 200)
             parts.append(f"The attempt before came to {self.progress_before:.2f}; changed since: {changed}.")
         return " ".join([*parts, excerpt(_line(self.found), _FOUND), f"[{self.evidence}]"])
+
+
+def designer_of(model: str) -> str:
+    """Return the provider in a model name, or the model itself if the name has none: "openai:gpt-5" -> "openai".
+
+    Paths and addresses in the name are left out, since lessons are passed on: "qwen3:8b@http://host/v1" -> "qwen3:8b".
+    """
+    served, at, _ = model.partition("@http")
+    return served if at else model.partition(":")[0]
 
 
 def _line(text: str) -> str:

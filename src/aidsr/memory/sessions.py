@@ -10,7 +10,7 @@ from functools import cached_property
 from aidsr.core.artifacts import SUCCESSFUL_SHARE, Brief
 from aidsr.core.formatting import excerpt
 from aidsr.core.provenance import commit
-from aidsr.memory.lesson import Lesson
+from aidsr.memory.lesson import Lesson, designer_of
 from aidsr.mjcf.read import parse_document
 from aidsr.runs.folders import IterationFolder
 from aidsr.runs.record import RunRecord
@@ -66,7 +66,7 @@ def lessons_of_session(iteration: IterationFolder, evidence: str, asked: RunReco
             solved=best.figures.get("success", 0.0) >= SUCCESSFUL_SHARE,
             found=session.found(scene),
             policy_success=trained.figures.get("success") if trained else None,
-            model=asked.config.model.partition(":")[0] if ":" in asked.config.model else asked.config.model,
+            model=designer_of(asked.config.model),
             evidence=f"{evidence}/{WORK_FOLDER}/{scene}",
             scene_sha256=hashlib.sha256(mjcf.encode()).hexdigest(),
             commit=commit(),
