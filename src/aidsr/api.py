@@ -114,7 +114,6 @@ def film(
     level: Level | None = None,
     goal: str | Path = "",
     groups: Sequence[ActuatorGroup] | None = None,
-    grouping: Grouping = "auto",
 ) -> Film:
     """Replay the best motion of a probe and return it as positions over time; the other arguments are as in `probe`.
 
@@ -122,7 +121,7 @@ def film(
         Path("best.png").write_bytes(aidsr.api.film(design, report).strip())
 
     Raises:
-        UserError: The design or the task does not exist.
+        UserError: The design or the task does not exist, or the report is one of another robot.
         MjcfError: The scene cannot be loaded.
     """
     from aidsr.learn.episodes.scene import read_mjcf_text
@@ -135,7 +134,6 @@ def film(
         report.best,
         level=found.level,
         groups=tuple(found.groups if groups is None else groups),
-        grouping=grouping,
     )
 
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from aidsr.core.artifacts import Placement, Robot
+import pytest
+
+from aidsr.core.artifacts import ActuatorGroup, Placement, Robot
+from aidsr.core.errors import UserError
 from aidsr.examples import examples
 from aidsr.learn.openloop import probe
 from aidsr.learn.openloop.film import film
@@ -10,7 +13,20 @@ from aidsr.render.pictures import filmstrip
 from aidsr.render.view import View
 from aidsr.sim.assembly import assemble
 from aidsr.tasks import goal_task, parse_goal
-from scenes import small_arm
+from scenes import QuickPushing, small_arm, small_scene
+
+
+def test_the_motion_tells_how_the_actuators_were_grouped() -> None:
+    """A motion with one action for each actuator is played as such, and not as one action for all of them."""
+    task, together = QuickPushing(), (ActuatorGroup(name="both", actuators=("pull_left", "pull_right")),)
+    report = probe(small_scene(), task, groups=together, grouping="off", candidates=16, variations=1, threads=1)
+    assert film(small_scene(), task, report.best, groups=together) == film(small_scene(), task, report.best)
+    with pytest.raises(UserError, match="belong to another robot"):
+        film(
+            small_scene(),
+            task,
+            report.best.model_copy(update={"motion": report.best.motion.model_copy(update={"groups": ()})}),
+        )
 
 
 def test_a_strip_is_drawn_from_where_target_and_mount_are_seen() -> None:

@@ -116,7 +116,7 @@ def probe(
     else:
         _print(make_console(), report, kept)
     if kept is not None:
-        played = api.film(scene, report, task or "", level=level, goal=goal or "", grouping=grouping)
+        played = api.film(scene, report, task or "", level=level, goal=goal or "")
         drawn = _draw(played, kept, film=film)
         if not json:
             make_console(soft_wrap=True).print(f"Best motion drawn in {escape(', '.join(drawn))}", style="dim")

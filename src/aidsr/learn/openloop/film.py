@@ -6,25 +6,19 @@ import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import ActuatorGroup, Artifact
-from aidsr.learn.episodes.actions import Grouping
-from aidsr.learn.episodes.batch import Episodes, StepResult
+from aidsr.learn.episodes.batch import StepResult
 from aidsr.learn.episodes.rollout import rollout
-from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.episodes.varied_mjcf import varied_mjcf
-from aidsr.learn.openloop.motion import Motions, OpenLoopPolicy
+from aidsr.learn.openloop.replay import REPLAY_LIMITS, replay
 from aidsr.learn.openloop.report import ProbedVariation
 from aidsr.render.pictures import filmstrip, video
 from aidsr.render.view import View
 from aidsr.sandbox.isolated import isolated
-from aidsr.sandbox.limits import Limits
 from aidsr.sim.placement import mount_names
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import Level
 from aidsr.tasks.targets import targets_of
 from aidsr.tasks.travelling_task import TravellingTask
-
-_LIMITS = Limits(wall_s=300.0, cpu_s=180.0)
-"""Limits of the child process. Our choice: many times what an episode of the largest built-in robot takes."""
 
 
 class Film(Artifact):
@@ -51,7 +45,7 @@ class Film(Artifact):
         return View(shown=self.shown)
 
 
-@isolated(limits=_LIMITS)
+@isolated(limits=REPLAY_LIMITS)
 def film(
     scene: str,
     task: TravellingTask,
@@ -59,27 +53,24 @@ def film(
     *,
     level: Level = "standard",
     groups: tuple[ActuatorGroup, ...] = (),
-    grouping: Grouping = "auto",
 ) -> Film:
-    """Replay the best motion of one variation and return the episode; the other arguments are those of `probe`.
+    """Replay the best motion of one variation and return the episode; the arguments are those of `replay`.
 
     Raises:
-        UserError: The scene is not one of the task.
+        UserError: The scene is not one of the task, or the motion belongs to another robot.
         MjcfError: The scene cannot be loaded.
         IsolationError: The replay exceeded its limits.
     """
-    placed = TaskScene.of(scene, task, level=level, groups=groups, grouping=grouping)
-    variation = placed.task.variation("development", best.episode.variation)
-    episodes = Episodes(placed.model, placed.task, placed.actions, [variation], threads=1)
+    placed, episodes, policy = replay(scene, task, best, level=level, groups=groups)
     rows = [np.array(episodes.batch.bind("qpos")[0])]
 
     def keep(result: StepResult) -> None:
         if not result.diverged[0]:
             rows.append(np.array(episodes.batch.bind("qpos")[0]))
 
-    rollout(episodes, OpenLoopPolicy(Motions.of([best.motion]), placed.task.control_dt_s), keep)
+    rollout(episodes, policy, keep)
     return Film(
-        mjcf=varied_mjcf(placed.mjcf, variation),
+        mjcf=varied_mjcf(placed.mjcf, episodes.variations[0]),
         qpos=tuple(tuple(float(number) for number in row) for row in rows),
         frames_per_s=1.0 / placed.task.control_dt_s,
         shown=(*targets_of(placed.task), *_nearest_mount(placed.model)),
