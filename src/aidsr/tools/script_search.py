@@ -16,13 +16,12 @@ from aidsr.core.artifacts import EpisodeResult
 from aidsr.learn.episodes.batch import Episodes, StepResult
 from aidsr.learn.episodes.rollout import EpisodeOutcomes, rollout
 from aidsr.learn.episodes.scene import TaskScene
+from aidsr.learn.openloop.fitness import fitness_of
 from aidsr.learn.openloop.motion import Motion, Motions
-from aidsr.learn.openloop.probe_scene import fitness_of
 from aidsr.learn.openloop.script import ScriptPolicy, parse_script
 from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.tasks import Variation
-
-FloatArray = NDArray[np.float64]
+from aidsr.tasks.readings import FloatArray
 
 WAYPOINTS = 6
 """Number of waypoints of each group, evenly spaced over the duration of the search's scripts. Our choice: three steps

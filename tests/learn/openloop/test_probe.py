@@ -13,8 +13,9 @@ from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import EpisodeOutcomes, rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop import ProbeReport
+from aidsr.learn.openloop.fitness import fitness_of
 from aidsr.learn.openloop.motion import Motions, OpenLoopPolicy
-from aidsr.learn.openloop.probe_scene import _Player, fitness_of
+from aidsr.learn.openloop.probe_scene import _Player
 from aidsr.learn.openloop.recorded_motion import run_record_motion
 from aidsr.tasks import goal_task, parse_goal
 from scenes import QuickPushing, small_learning, small_scene

@@ -14,7 +14,7 @@ from aidsr.learn.episodes.batch import Episodes, StepResult
 from aidsr.learn.episodes.rollout import EpisodeOutcomes, rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop.early_stop import EarlyStop
-from aidsr.learn.openloop.holding import Holding
+from aidsr.learn.openloop.fitness import SustainedProgress, fitness_of
 from aidsr.learn.openloop.motion import Motions, OpenLoopPolicy
 from aidsr.learn.openloop.motion_search import (
     MOTION_KINDS,
@@ -229,14 +229,14 @@ class _Player:
         if not isinstance(task, GoalTask):
             outcomes = self._play(episodes, motions, stop)
             return outcomes, fitness_of(outcomes)
-        holding = Holding(task, episodes.n)
+        sustained = SustainedProgress(task, episodes.n)
 
         def both(result: StepResult) -> None:
             stop(result)
-            holding(result)
+            sustained(result)
 
         outcomes = self._play(episodes, motions, both)
-        return outcomes, holding.fitness(outcomes)
+        return outcomes, sustained.fitness(outcomes)
 
     def play(self, motions: Motions, variations: Sequence[Variation]) -> EpisodeOutcomes:
         """Play motions from beginning to end, one in each of the variations."""
@@ -327,12 +327,6 @@ def _refined(
             for kind, part in parts
         ),
     ]
-
-
-def fitness_of(outcomes: EpisodeOutcomes) -> FloatArray:
-    """Return the fitness of motions, (n,): mean of last and best progress, halved by failure; plus 1 for success."""
-    progress = (outcomes.progress + outcomes.best_progress) / 2 * np.where(outcomes.failure, 0.5, 1.0)
-    return np.where(outcomes.diverged, -1.0, progress + outcomes.success)
 
 
 def _play_finals(player: _Player, searches: Sequence[_Search]) -> tuple[tuple[ProbedVariation, ...], float]:

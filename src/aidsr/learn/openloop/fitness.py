@@ -1,4 +1,4 @@
-"""Fitness of motions for a user-defined goal: progress that lasts, without breaking rules on the way."""
+"""Fitness of motions: progress and success; for a user-defined goal, progress that lasts without breaking rules."""
 
 from __future__ import annotations
 
@@ -13,17 +13,30 @@ from aidsr.tasks.goals.limits import TOLERATED_S
 from aidsr.tasks.readings import FloatArray
 
 _BROKEN = 0.5
-"""Factor on progress while something counts against the robot, and permanently once that lasted for too long. Our
-choice: the same factor as for a failed episode."""
-
-
+"""Factor on the progress of a failed episode; with a goal, also while something counts against the robot, and
+permanently once that lasted for too long. Our choice."""
 _SPENT = 0.1
 """Share of its fitness that a motion loses when it violates limits for twice the tolerated time or longer, and
 proportionally less below that. Our choice: less than one stage, so that progress comes first; of motions with equal
 progress, the search continues with the one that leaves more margin."""
 
 
-class Holding:
+def fitness_of(outcomes: EpisodeOutcomes) -> FloatArray:
+    """Return the fitness of motions, (n,): mean of last and best progress, halved by failure; plus 1 for success.
+
+    A motion that diverges has a fitness of -1.
+    """
+    return _fitness(outcomes, outcomes.progress, outcomes.best_progress)
+
+
+def _fitness(
+    outcomes: EpisodeOutcomes, progress: FloatArray, best_progress: FloatArray, margin: FloatArray | float = 1.0
+) -> FloatArray:
+    progress = (progress + best_progress) / 2 * np.where(outcomes.failure, _BROKEN, 1.0) * margin
+    return np.where(outcomes.diverged, -1.0, progress + outcomes.success)
+
+
+class SustainedProgress:
     """Callback for every control step that measures how long the progress of n episodes lasts.
 
     A motion that only passes its goal is worth less than one that stays near it. Success does not show this to the
@@ -51,11 +64,9 @@ class Holding:
             self._kept = np.maximum(self._kept, np.min(self._window, axis=0))
 
     def fitness(self, outcomes: EpisodeOutcomes) -> FloatArray:
-        """Return the fitness of the motions, (n,): mean of kept and best progress; plus success.
+        """Return the fitness of the motions, (n,): as `fitness_of`, with kept instead of last progress.
 
-        Kept progress is the largest that lasted for the goal's hold time. A motion that diverges has a fitness of -1.
+        Kept progress is the largest that lasted for the goal's hold time.
         """
-        progress = (self._kept + self._best) / 2 * np.where(outcomes.failure, _BROKEN, 1.0)
-        if self._task.goal.limits:
-            progress *= 1.0 - _SPENT * np.clip(self._against_s / (2.0 * TOLERATED_S), 0.0, 1.0)
-        return np.where(outcomes.diverged, -1.0, progress + outcomes.success)
+        spent = _SPENT * np.clip(self._against_s / (2.0 * TOLERATED_S), 0.0, 1.0) if self._task.goal.limits else 0.0
+        return _fitness(outcomes, self._kept, self._best, 1.0 - spent)

@@ -7,7 +7,7 @@ import pytest
 
 from aidsr.learn.episodes.batch import StepResult
 from aidsr.learn.episodes.rollout import EpisodeOutcomes
-from aidsr.learn.openloop.holding import Holding
+from aidsr.learn.openloop.fitness import SustainedProgress
 from aidsr.learn.openloop.motion_search import MOTION_KINDS, TRAVELLING_KINDS, WORKING_KINDS, MotionSpace
 from aidsr.learn.openloop.probe_scene import budget_for, kinds_for
 from aidsr.tasks import goal_task, load_task, parse_goal
@@ -23,10 +23,10 @@ def worth(goal, courses, against=None):
     progress = np.array(courses, dtype=float)
     violation = np.zeros_like(progress) if against is None else np.array(against, dtype=float)
     n = len(progress)
-    holding, no, zeros = Holding(task, n), np.zeros(n, dtype=bool), np.zeros(n)
+    sustained, no, zeros = SustainedProgress(task, n), np.zeros(n, dtype=bool), np.zeros(n)
     for now, bad in zip(progress.T, violation.T, strict=True):
-        holding(StepResult(np.zeros((n, 1), np.float32), zeros, now, bad, no, no, no, no, zeros))
-    return holding.fitness(EpisodeOutcomes(no, no, no, progress[:, -1], progress.max(axis=1), *[zeros] * 5))
+        sustained(StepResult(np.zeros((n, 1), np.float32), zeros, now, bad, no, no, no, no, zeros))
+    return sustained.fitness(EpisodeOutcomes(no, no, no, progress[:, -1], progress.max(axis=1), *[zeros] * 5))
 
 
 def test_a_motion_that_stays_near_is_worth_more_than_one_that_passes_through():
