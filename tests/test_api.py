@@ -43,7 +43,7 @@ def test_assemble_takes_a_text_a_path_or_an_object_and_a_task(tmp_path: Path) ->
     task = aidsr.load_task("button_pushing")
     expected = aidsr.assemble(Robot(mjcf=ARM, functional_part="tip"), task)
     assert expected.placement.mount == "mount"
-    for given in (ARM, file, str(file)):
+    for given in (ARM, f"The robot:\n{ARM}", file, str(file)):
         assert aidsr.assemble(given, task, functional_part="tip") == expected
     alone = aidsr.assemble(ARM, task.brief().environment, expected.placement, functional_part="tip")
     assert "robot/tip" in alone.mjcf

@@ -372,7 +372,9 @@ def export(
         MjcfError: The robot cannot be loaded.
     """
     check_type(design, (str, Path, DesignFolder), "design must be a design, its folder, or the file of a robot")
-    if isinstance(design, str) and "<" in design:
+    from aidsr.mjcf.read import is_mjcf_text
+
+    if is_mjcf_text(design):
         raise UserError("a robot to export must be a file, not MJCF text; save the text and give the file's path")
     require_extra("fabrication", "making parts")
     from aidsr.sandbox.pool import warm_up

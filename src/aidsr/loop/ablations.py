@@ -7,11 +7,15 @@ validation, and with direct prompting.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from aidsr.core.artifacts import Brief, Concept, Critique, Placement, Robot, Scene, ValidationReport
 from aidsr.core.config import Method
 from aidsr.core.roles import Feedback, Integrator, Judge, Team
-from aidsr.loop.parts import Mount, Parts, TeamFor
+from aidsr.loop.parts import Parts, TeamFor
+
+if TYPE_CHECKING:
+    from aidsr.validation.validator import Mount
 
 
 class ApproveAll:

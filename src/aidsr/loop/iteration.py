@@ -6,6 +6,7 @@ Every step is named after the file it writes and is skipped if that file exists,
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from aidsr.core.artifacts import (
     Brief,
@@ -23,11 +24,14 @@ from aidsr.core.errors import IsolationError, MjcfError
 from aidsr.core.formatting import counted
 from aidsr.core.roles import Team
 from aidsr.loop.earlier_trials import earlier_trials
-from aidsr.loop.parts import Halt, Mount, Parts, TryOnTask
+from aidsr.loop.parts import Halt, Parts, TryOnTask
 from aidsr.loop.routing import Change, after_critique, after_scene_faults, after_trial
 from aidsr.loop.steps import Steps
 from aidsr.runs import EventLog, IterationFolder
 from aidsr.runs.events import Repaired
+
+if TYPE_CHECKING:
+    from aidsr.validation.validator import Mount
 
 _MOUNT: dict[str, Mount] = {"fixed": "fixed", "moving": "fixed", "free": "free", "any": "auto"}
 """How a robot alone is mounted while it is validated, by the base of its task."""

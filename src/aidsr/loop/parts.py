@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from aidsr.core.artifacts import Decision, Placement, Robot, Scene, TaskReport, ValidationReport
 from aidsr.core.roles import Team
@@ -15,10 +15,8 @@ from aidsr.runs import EventLog, IterationFolder
 
 if TYPE_CHECKING:
     from aidsr.fixes import FixResult
+    from aidsr.validation.validator import Mount
 
-
-Mount = Literal["auto", "fixed", "free"]
-"""How a robot alone is mounted while it is validated."""
 
 TeamFor = Callable[[Path], Team]
 """Returns the team for one folder, in which the team's calls are recorded."""

@@ -329,10 +329,10 @@ def mjcf_text(source: str | Path, what: str) -> str:
         TypeError: `source` is neither text nor a path.
         UserError: The file cannot be read.
     """
-    from aidsr.mjcf.read import SIZE_LIMITS
+    from aidsr.mjcf.read import SIZE_LIMITS, is_mjcf_text
 
     check_type(source, (str, Path), f"the {what} must be MJCF text or the path of a file")
-    if isinstance(source, str) and source.lstrip().startswith("<"):
+    if is_mjcf_text(source):
         return source
     try:
         return read_text_file(Path(source), max_bytes=SIZE_LIMITS.characters)

@@ -10,6 +10,7 @@ import re
 from dataclasses import dataclass
 from itertools import chain, islice
 from pathlib import Path
+from typing import TypeGuard
 
 from lxml import etree
 
@@ -58,6 +59,11 @@ class Document:
     """Surrounding text that was ignored, one sentence each."""
 
 
+def is_mjcf_text(source: object) -> TypeGuard[str]:
+    """Return whether a value is MJCF text, and not the path of a file: a string that contains "<"."""
+    return isinstance(source, str) and "<" in source
+
+
 def text_of(mjcf: str | Path | Robot | Scene) -> str:
     """Return the MJCF text that is given as text, as the path of a file, or in a robot or scene.
 
@@ -71,7 +77,7 @@ def text_of(mjcf: str | Path | Robot | Scene) -> str:
     if isinstance(mjcf, Robot | Scene):
         return mjcf.mjcf
     check_type(mjcf, (str, Path), "mjcf must be MJCF text, the path of a file, a Robot or a Scene")
-    if isinstance(mjcf, Path) or (mjcf.endswith(".xml") and "<" not in mjcf):
+    if isinstance(mjcf, Path) or (mjcf.endswith(".xml") and not is_mjcf_text(mjcf)):
         return open_mjcf(Path(mjcf))
     return mjcf
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field
 
@@ -25,8 +25,8 @@ from aidsr.tools.scene import MeasuredScene
 from aidsr.tools.tool import MOST_LINES, Result
 from aidsr.tools.workspace import MOUNTS, Workspace, is_own
 from aidsr.validation import validate as validate_mjcf
+from aidsr.validation.validator import Mount
 
-Mount = Literal["auto", "fixed", "free"]
 _MOST_OF_A_NAME = SizeLimits().name_characters
 RobotName = Annotated[
     str, Field(max_length=_MOST_OF_A_NAME, description='Name of a robot that was validated, such as "robot_2".')

@@ -18,7 +18,7 @@ from aidsr.core.errors import MjcfError, UserError
 from aidsr.learn.episodes.actions import ActionMap, Grouping, GroupsFrom, OpenLoop, map_actions, recorded_actions
 from aidsr.mjcf.compile import compile_mjcf
 from aidsr.mjcf.names import ROBOT_PREFIX
-from aidsr.mjcf.read import open_mjcf, parse_document
+from aidsr.mjcf.read import is_mjcf_text, open_mjcf, parse_document
 from aidsr.sim.assembly import add_sensors
 from aidsr.sim.same_environment import find_environment_change
 from aidsr.sim.task_sensors import check_task_sensors
@@ -113,7 +113,7 @@ def read_mjcf_text(scene: str | Path) -> str:
         UserError: There is no such file.
         MjcfError: The text is too large.
     """
-    if isinstance(scene, str) and ("<" in scene or not scene.strip()):
+    if is_mjcf_text(scene) or (isinstance(scene, str) and not scene.strip()):
         return scene
     return open_mjcf(Path(scene))
 

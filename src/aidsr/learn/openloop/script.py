@@ -24,8 +24,7 @@ from aidsr.core.suggestions import closest_name
 from aidsr.core.text_files import read_text_file
 from aidsr.learn.openloop.motion import Motion
 from aidsr.mjcf.names import ROBOT_PREFIX
-
-FloatArray = NDArray[np.float64]
+from aidsr.tasks.readings import FloatArray
 
 GRAMMAR = """\
 A line "group: ..." for each group, "*" for all without a line of their own; what has none, of the environment too, \
