@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
-from typing import Protocol, Self
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,10 +54,6 @@ class EpisodeOutcomes:
     """Stage of the task that the episode reached, in words."""
     passed: NDArray[np.object_]
     """Limits that the episode violated, a tuple of `ExceededLimit` each."""
-
-    def rows(self, rows: slice) -> Self:
-        """Return the outcomes of some of the episodes."""
-        return type(self)(*(getattr(self, one.name)[rows] for one in fields(self)))
 
     def result(self, row: int, variation: int) -> EpisodeResult:
         """Return the outcome of one episode.
