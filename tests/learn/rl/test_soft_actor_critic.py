@@ -290,8 +290,8 @@ def test_a_test_for_saturation_is_paid_from_the_budget(tmp_path):
 def winning(count, episodes):
     """Return the counting of a training in which only so many episodes without noise succeed."""
 
-    def counted(history, info, *, tells=True):
-        count(history, {**info, "is_success": tells and history.won < episodes}, tells=tells)
+    def counted(history, info, *, measures=True):
+        count(history, {**info, "is_success": measures and history.won < episodes}, measures=measures)
 
     return counted
 
@@ -326,10 +326,10 @@ class Told:
 
     def __init__(self, monkeypatch, best: float, others: float) -> None:
         self.kept: list[str] = []
-        self._keep, self._test = training._Training._keep_best, training._Training._tested
+        self._keep, self._test = training._Training._keep_best, training._Training._test
         self._shares = {True: best, False: others}
         monkeypatch.setattr(training._Training, "_keep_best", lambda learning: self.keep(learning))
-        monkeypatch.setattr(training._Training, "_tested", lambda *asked: self.tested(*asked))
+        monkeypatch.setattr(training._Training, "_test", lambda *asked: self.tested(*asked))
 
     def _fingerprint(self, learning) -> str:
         return TrainedPolicy.of(learning.model.policy, Normalisation.of(learning.normalised)).fingerprint

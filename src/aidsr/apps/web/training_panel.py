@@ -116,10 +116,10 @@ def _learning(site: Site, run: Run, design: DesignFolder, training: Training) ->
     else:
         state = "evaluating" if working else "not evaluated"
     steps, curve = int(config.get("steps", 0)), read_curve(training)
-    recipe, has_won = config.get("recipe"), any(row.success_share for row in curve)
+    recipe, has_succeeded = config.get("recipe"), any(row.success_share for row in curve)
     algorithm = str(recipe.get("algorithm")) if isinstance(recipe, dict) else ""
     done = curve[-1].steps if curve else 0
-    hopeless = state == "running" and is_hopeless(algorithm, has_won=has_won, steps=done, budget=steps)
+    hopeless = state == "running" and is_hopeless(algorithm, has_succeeded=has_succeeded, steps=done, budget=steps)
     script = bool(recipe.get("script")) if isinstance(recipe, dict) else False
     return _Learning(steps, int(config.get("seed", 0)), curve, state, verdict, hopeless, script)
 

@@ -56,16 +56,16 @@ class History:
         """Return the history of a training that has not begun."""
         return cls(recent=deque(maxlen=_RECENT if recipe.algorithm == "ppo" else _RECENT_NOISELESS))
 
-    def count(self, info: dict[str, Any], *, tells: bool = True) -> None:
+    def count(self, info: dict[str, Any], *, measures: bool = True) -> None:
         """Count an episode that has ended.
 
         Args:
             info: Info of its last step.
-            tells: Whether the episode measures the policy's performance.
+            measures: Whether the episode measures the policy's performance.
         """
         self.episodes += 1
         self.diverged += info["diverged"]
-        if tells:
+        if measures:
             self.won += bool(info["is_success"])
             self.recent.append((float(info["is_success"]), info["progress"], info["episode"]["r"]))
 
@@ -148,7 +148,7 @@ class TrainingCallback(BaseCallback):
         self.history, self.is_saturated, self.is_late, self.is_hopeless = history, False, False, False
         self._most_s, self._hold_steps, self._recipe = most_s, recipe.hold_steps, recipe
         is_ppo = recipe.algorithm == "ppo"
-        self._telling = recipe.simulations if is_ppo else recipe.noiseless_simulations
+        self._measuring = recipe.simulations if is_ppo else recipe.noiseless_simulations
         self._test_every = steps // (_POINTS if is_ppo else _NOISELESS_TESTS)
         self._budget, self._folder, self._listen = steps, folder, listen
         self._checkpoint, self._saturated, self._begin = checkpoint, saturated, begin
@@ -179,8 +179,12 @@ class TrainingCallback(BaseCallback):
         self._count(self._steps)
         self.is_late = self.history.wall_s >= self._most_s
         if self._recipe.stop_hopeless:
-            has_won, steps = self.history.won > 0, self.history.steps
-            self.is_hopeless = is_hopeless(self._recipe.algorithm, has_won=has_won, steps=steps, budget=self._budget)
+            self.is_hopeless = is_hopeless(
+                self._recipe.algorithm,
+                has_succeeded=self.history.won > 0,
+                steps=self.history.steps,
+                budget=self._budget,
+            )
         recent = self.history.recent
         is_full = len(recent) == recent.maxlen
         if is_full and self.history.success_share >= max(self.history.best_share, 0.01):
@@ -204,7 +208,7 @@ class TrainingCallback(BaseCallback):
             return False  # learning can stop only after another step, which is not learned from and does not count
         for index, info in enumerate(self.locals["infos"]):
             if "episode" in info:
-                self.history.count(info, tells=index < self._telling)
+                self.history.count(info, measures=index < self._measuring)
         return True
 
     def _on_training_end(self) -> None:

@@ -169,7 +169,7 @@ def rollout_with_stats(
 
     def watch(result: StepResult) -> None:
         nonlocal succeeded, steps
-        done[episodes.stepped] += episodes.done_action[episodes.stepped]
+        done[episodes.stepped] += episodes.applied_action[episodes.stepped]
         acted[episodes.stepped] += 1.0
         recorder.update(result)
         succeeded, steps = succeeded + int(result.success.sum()), steps + 1
@@ -235,8 +235,8 @@ def _exploit_checks(
         if tried[-1].passed:
             break
     last = tried[-1]
-    told = "; ".join(check.message for check in reversed(tried))
-    return [*found, last.model_copy(update={"message": told})]
+    messages = "; ".join(check.message for check in reversed(tried))
+    return [*found, last.model_copy(update={"message": messages})]
 
 
 def _mean_action(scene: TaskScene, rolled: EvaluationRollout, threads: int) -> MeanAction | None:

@@ -75,8 +75,8 @@ class Recipe(Artifact):
     addition of this project; the paper trains in the unchanged model."""
     from_probe: bool = False
     """Whether a probe searches for a motion first. PPO begins with imitating it (`aidsr.learn.rl.behavior_cloning`);
-    with SAC, the motion becomes the policy if learning does not beat it (`aidsr.learn.rl.rival_motion`). An addition of
-    this project; the paper starts without a motion."""
+    with SAC, the motion becomes the policy if learning does not beat it (`aidsr.learn.rl.fallback_motion`). An addition
+    of this project; the paper starts without a motion."""
     script: str = ""
     """Motion that the policy corrects, in the notation of `aidsr.learn.openloop.script`; empty for none. With
     `from_probe` it is the motion that learning did not beat. SAC only. Source: residual policy learning, Silver et al.
@@ -171,17 +171,17 @@ class Recipe(Artifact):
         return self.final_learning_rate + (self.learning_rate - self.final_learning_rate) * max(left, 0.0)
 
 
-def is_hopeless(algorithm: str, *, has_won: bool, steps: int, budget: int) -> bool:
+def is_hopeless(algorithm: str, *, has_succeeded: bool, steps: int, budget: int) -> bool:
     """Return whether a training is unlikely to succeed any more.
 
     Args:
         algorithm: Algorithm of its recipe. A PPO training is never hopeless, because the rule was not measured with
             PPO.
-        has_won: Whether an episode without noise has succeeded.
+        has_succeeded: Whether an episode without noise has succeeded.
         steps: Control steps so far.
         budget: Budget of control steps.
     """
-    return algorithm == "sac" and not has_won and steps >= HOPELESS_AFTER * budget
+    return algorithm == "sac" and not has_succeeded and steps >= HOPELESS_AFTER * budget
 
 
 PROTOCOLS: Mapping[Protocol, Recipe] = MappingProxyType(

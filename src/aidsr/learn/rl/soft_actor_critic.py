@@ -74,10 +74,10 @@ class SoftActorCritic(SAC):
         model.noiseless = recipe.noiseless_simulations
         model.corrects = bool(recipe.script)
         if model.corrects:
-            model._correct_nothing()
+            model._zero_actor_output()
         return model
 
-    def _correct_nothing(self) -> None:
+    def _zero_actor_output(self) -> None:
         """Set the actor's mean to 0 for every observation, so that it plays the script unchanged."""
         mean = self.actor.mu
         assert isinstance(mean, torch.nn.Linear)
@@ -135,20 +135,23 @@ class SoftActorCritic(SAC):
 
         with torch.no_grad():
             next_action, next_log_likelihood = _sampled(self.actor, drawn.next_observations)
-            value = _least(target, drawn.next_observations, next_action) - weight * next_log_likelihood
+            value = _min_q(target, drawn.next_observations, next_action) - weight * next_log_likelihood
             wanted = drawn.rewards + (1 - drawn.dones) * self.gamma * value
         values = self.critic(drawn.observations, drawn.actions)
         critic_loss = 0.5 * sum((torch.nn.functional.mse_loss(each, wanted) for each in values), torch.zeros(()))
         _step(self.critic.optimizer, parameters, torch.autograd.grad(critic_loss, parameters))
 
-        actor_loss = (weight * log_likelihood - _least(self.critic, drawn.observations, action)).mean()
+        actor_loss = (weight * log_likelihood - _min_q(self.critic, drawn.observations, action)).mean()
         _step(self.actor.optimizer, actor_parameters, torch.autograd.grad(actor_loss, actor_parameters))
         with torch.no_grad():
             torch._foreach_lerp_(tuple(target.parameters()), parameters, self.tau)
         return critic_loss.item(), actor_loss.item(), weight.item()
 
-    def save_memory(self, folder: Path) -> None:
-        """Write the replay buffer and the entropy weight into a folder, for `load_memory`."""
+    def save_replay_buffer_to(self, folder: Path) -> None:
+        """Write the replay buffer and the entropy weight into a folder, for `load_replay_buffer_from`.
+
+        Stable-Baselines3's own `save_replay_buffer` writes a pickle, which must not be loaded from foreign files.
+        """
         folder.mkdir()
         buffer, log_weight = self.replay_buffer, self.log_ent_coef
         assert buffer is not None
@@ -159,8 +162,8 @@ class SoftActorCritic(SAC):
         np.save(folder / "log_entropy_weight.npy", log_weight.detach().numpy(), allow_pickle=False)
         np.save(folder / "position.npy", np.array(buffer.pos), allow_pickle=False)
 
-    def load_memory(self, folder: Path) -> None:
-        """Restore the replay buffer and the entropy weight that `save_memory` wrote."""
+    def load_replay_buffer_from(self, folder: Path) -> None:
+        """Restore the replay buffer and the entropy weight that `save_replay_buffer_to` wrote."""
         read = {path.stem: np.load(path, allow_pickle=False) for path in folder.iterdir()}
         buffer, log_weight = self.replay_buffer, self.log_ent_coef
         assert buffer is not None
@@ -182,7 +185,7 @@ def _sampled(actor: Actor, observations: torch.Tensor) -> tuple[torch.Tensor, to
     return action, (normal - torch.log(1 - action**2 + _EPSILON)).sum(dim=1, keepdim=True)
 
 
-def _least(critic: ContinuousCritic, observations: torch.Tensor, actions: torch.Tensor) -> torch.Tensor:
+def _min_q(critic: ContinuousCritic, observations: torch.Tensor, actions: torch.Tensor) -> torch.Tensor:
     """Return the smaller of both critics' values for each action, (n, 1)."""
     first, second = critic(observations, actions)
     return torch.minimum(first, second)

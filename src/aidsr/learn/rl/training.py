@@ -18,9 +18,9 @@ from aidsr.learn.episodes.perturbation import randomized
 from aidsr.learn.episodes.rollout import EpisodeOutcomes, rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.behavior_cloning import clone_probe_motion
+from aidsr.learn.rl.fallback_motion import record_fallback_motion
 from aidsr.learn.rl.policy import Normalisation, TrainedPolicy, network_options, one_torch_thread
 from aidsr.learn.rl.recipe import Recipe
-from aidsr.learn.rl.rival_motion import find_rival
 from aidsr.learn.rl.training_config import TrainingConfig
 from aidsr.learn.rl.training_folder import Stopped, TrainingFolder, TrainingResult
 from aidsr.sim.structure import read_structure
@@ -92,10 +92,10 @@ def train(
             home.write("config.json", config.model_dump_json(indent=2) + "\n")
             home.log_event("started")
         if config.recipe.searches(config.steps) and not (home / "probe.json").exists():
-            config = _probed(home, scene, config, threads)
+            config = record_fallback_motion(home, scene, config, threads)
         training = _Training(config.recipe.acting_in(scene), home, config, threads, tensorboard, listen)
         stopped = training.run()
-        if training.is_beaten(stopped):
+        if training.needs_fallback(stopped):
             home.log_event("beaten", success_share=training.share, motion_share=config.motion_share)
             config = config.with_the_motion()
             if (home / "checkpoint").exists():
@@ -103,31 +103,12 @@ def train(
             home.write("config.json", config.model_dump_json(indent=2) + "\n")
             learned = training.history
             training = _Training(config.recipe.acting_in(scene), home, config, threads, tensorboard, listen)
-            training.play_the_motion(learned)
+            training.play_fallback(learned)
         return training.finish(stopped)
 
 
-def _probed(home: TrainingFolder, scene: TaskScene, config: TrainingConfig, threads: int) -> TrainingConfig:
-    """Search for a motion, and return and write the settings with it; probe.json marks this as done."""
-    began = time.perf_counter()
-    found = find_rival(scene, seed=config.seed, threads=threads)
-    best = found.report.best
-    home.log_event(
-        "probed", steps=found.steps, ended=best.episode.ended, motion=best.motion.summary, success_share=found.share
-    )
-    probe_s = round(time.perf_counter() - began, 2)
-    config = config.model_copy(
-        update={"motion": found.script, "motion_share": found.share, "probe_steps": found.steps, "probe_s": probe_s}
-    )
-    if found.share >= config.recipe.saturation:
-        config = config.with_the_motion()
-    home.write("config.json", config.model_dump_json(indent=2) + "\n")
-    home.write("probe.json", found.report.model_dump_json(indent=2) + "\n")
-    return config
-
-
 class _Training:
-    """State of one call of `train`."""
+    """State of one call of `train`; it is loaded from the checkpoint if there is one."""
 
     def __init__(
         self,
@@ -141,19 +122,15 @@ class _Training:
         from stable_baselines3.common.vec_env import VecNormalize
 
         from aidsr.learn.rl.callbacks import History
-        from aidsr.learn.rl.snapshot import Snapshot
-        from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
         from aidsr.learn.rl.vector_env import BatchedVecEnv
 
         self.scene, self.home = scene, home
         self.config, self.threads, self.listen = config, threads, listen
         self.most_s = np.inf if config.minutes is None else 60.0 * config.minutes
-        saved = home / "checkpoint"
-        resumed = home.recover_folder("checkpoint")
-        recipe = config.recipe
-        self.history = (
-            History.from_json(home.read_json("checkpoint/history.json"), recipe) if resumed else History.of(recipe)
-        )
+        recipe, self._resumed = config.recipe, home.recover_folder("checkpoint")
+        self.history = History.of(recipe)
+        if self._resumed:
+            self.history = History.from_json(home.read_json("checkpoint/history.json"), recipe)
         # a resumed training must not sample the same episodes again
         self.rng = np.random.default_rng([config.seed, self.history.steps])
         self._best: Snapshot | None = None
@@ -164,18 +141,21 @@ class _Training:
             self.env, gamma=recipe.gamma, norm_reward=recipe.algorithm == "ppo"
         )
         self.model = self._make_model(str(home / "tensorboard") if tensorboard else None)
-        if resumed:
-            self.history.resumed += 1
-            Normalisation.from_json((saved / "normalisation.json").read_text("utf-8")).restore(self.normalised)
-            self.model.set_parameters(str(saved / "policy.zip"), device="cpu")
-            self.model.num_timesteps = self.history.steps // recipe.hold_steps
-            if isinstance(self.model, SoftActorCritic):
-                self.model.load_memory(saved / "memory")
-            self._best = Snapshot.load(saved / "best")
-        elif recipe.from_probe and recipe.algorithm == "ppo":
-            self._imitate_probe()
-        else:
-            self.history.wall_s = config.probe_s
+        if self._resumed:
+            self._load(home / "checkpoint")
+
+    def _load(self, saved: Path) -> None:
+        """Restore the state that `_save` wrote, except the history."""
+        from aidsr.learn.rl.snapshot import Snapshot
+        from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
+
+        self.history.resumed += 1
+        Normalisation.from_json((saved / "normalisation.json").read_text("utf-8")).restore(self.normalised)
+        self.model.set_parameters(str(saved / "policy.zip"), device="cpu")
+        self.model.num_timesteps = self.history.steps // self.config.recipe.hold_steps
+        if isinstance(self.model, SoftActorCritic):
+            self.model.load_replay_buffer_from(saved / "memory")
+        self._best = Snapshot.load(saved / "best")
 
     def _sample_variation(self) -> Variation:
         index = int(self.rng.integers(DEVELOPMENT))
@@ -212,6 +192,13 @@ class _Training:
             device="cpu",
         )
 
+    def _begin(self) -> None:
+        """Start a training that has no checkpoint yet: PPO may first imitate a motion."""
+        if self.config.recipe.from_probe and self.config.recipe.algorithm == "ppo":
+            self._imitate_probe()
+        else:
+            self.history.wall_s = self.config.probe_s
+
     def _imitate_probe(self) -> None:
         """Imitate the best motion of a probe, as part of the budget."""
         from stable_baselines3 import PPO
@@ -231,6 +218,8 @@ class _Training:
         from aidsr.learn.rl.exploration import Exploration
 
         recipe, history = self.config.recipe, self.history
+        if not self._resumed:
+            self._begin()
         callback = TrainingCallback(
             history,
             recipe,
@@ -243,9 +232,11 @@ class _Training:
             begin=lambda: self.env.desynchronize(self.rng),
             most_s=self.most_s,
         )
-        # where a searched motion is the policy, nothing is learned
-        if recipe.script and not history.steps and (self._script_suffices() or recipe.from_probe):
-            return "saturated"
+        if recipe.script and not history.steps:
+            self._test_script()
+            # where a searched motion is the policy, nothing is learned
+            if self._suffices(history.success_share) or recipe.from_probe:
+                return "saturated"
         left = (self.config.steps - history.steps) // recipe.hold_steps
         exploration = [Exploration(recipe)] if recipe.algorithm == "ppo" else []
         try:
@@ -272,20 +263,20 @@ class _Training:
         if self.config.recipe.algorithm == "ppo" or not self.history.won:
             return
         variations = self._fresh_variations()
-        kept = self._tested(variations)
+        kept = self._test(variations)
         if self._best is not None:
             last = Snapshot.of(self.model.policy, self.normalised)
             self._best.restore(self.model.policy, self.normalised)
-            best = self._tested(variations)
+            best = self._test(variations)
             shares = {"success_share": float(kept.success.mean()), "best": float(best.success.mean())}
             if shares["best"] > shares["success_share"]:
                 self.home.log_event("restored", **shares)
                 kept = best
             else:
                 last.restore(self.model.policy, self.normalised)
-        self._tell(kept)
+        self._report(kept)
 
-    def _tell(self, course: EpisodeOutcomes) -> None:
+    def _report(self, course: EpisodeOutcomes) -> None:
         """Report the success of these episodes, as a point of the learning curve."""
         from aidsr.learn.rl.callbacks import append_to_curve
 
@@ -297,7 +288,7 @@ class _Training:
         append_to_curve(self.home, point)
         self.listen(point)
 
-    def is_beaten(self, stopped: Stopped) -> bool:
+    def needs_fallback(self, stopped: Stopped) -> bool:
         """Return whether the searched motion succeeds more often than the learned policy, by more than chance.
 
         Both were tested in new variations, unless the policy never succeeded.
@@ -313,11 +304,11 @@ class _Training:
         """Share of new variations in which the policy succeeded at the end; 0 if it never succeeded."""
         return self.history.success_share if self.history.won else 0.0
 
-    def play_the_motion(self, learned: History) -> None:
-        """Turn the policy into one that plays the motion unchanged, and keep the counts of what was learned."""
+    def play_fallback(self, learned: History) -> None:
+        """Test the policy that plays the searched motion unchanged, and add the result to the counts of learning."""
         self.history = replace(learned, recent=deque(maxlen=learned.recent.maxlen))
         self.model.num_timesteps = learned.steps // self.config.recipe.hold_steps
-        self._script_suffices()
+        self._test_script()
 
     def _keep_best(self) -> None:
         from aidsr.learn.rl.snapshot import Snapshot
@@ -326,43 +317,50 @@ class _Training:
 
     def _saturated(self) -> bool:
         """Return whether the policy without noise succeeds in new development variations."""
-        share = float(self._tested(self._fresh_variations()).success.mean())
-        is_saturated = share >= self.config.recipe.saturation
+        is_saturated = self._suffices(float(self._test(self._fresh_variations()).success.mean()))
         # the last step, still to be taken, must not change the tested normalisation
         self.normalised.training = not is_saturated
         return is_saturated
 
+    def _suffices(self, share: float) -> bool:
+        """Return whether a policy with this success share needs no more training."""
+        return share >= self.config.recipe.saturation
+
     def _fresh_variations(self) -> list[Variation]:
         return [self._sample_variation() for _ in range(_TEST_EPISODES)]
 
-    def _tested(self, variations: list[Variation]) -> EpisodeOutcomes:
-        """Play variations with the policy, without noise, and return the outcomes."""
-        policy = TrainedPolicy.of(self.model.policy, Normalisation.of(self.normalised))
-        self.model.policy.set_training_mode(False)
-        course = rollout(self._episodes(variations), policy)
-        if self.config.recipe.algorithm == "sac":  # SAC pays for tests from the budget; the paper's PPO does not
-            action_s = self.scene.task.control_dt_s * self.config.recipe.hold_steps
-            self.model.num_timesteps += round(float(course.time_s.sum()) / action_s)
+    def _test(self, variations: list[Variation]) -> EpisodeOutcomes:
+        """Evaluate the policy, charge the steps to the budget, log the test, and return the outcomes."""
+        course = self._evaluate(variations)
+        self._charge(course)
         self.home.log_event("tested", steps=self.history.steps, success_share=float(course.success.mean()))
         return course
 
-    def _script_suffices(self) -> bool:
-        """Play the script before anything is learned, and return whether it almost always succeeds.
+    def _evaluate(self, variations: list[Variation]) -> EpisodeOutcomes:
+        """Play variations with the policy, without noise, and return the outcomes."""
+        policy = TrainedPolicy.of(self.model.policy, Normalisation.of(self.normalised))
+        self.model.policy.set_training_mode(False)
+        return rollout(self._episodes(variations), policy)
 
-        If it does not, it is the policy to return to when learning makes it worse.
-        """
+    def _charge(self, course: EpisodeOutcomes) -> None:
+        """Count the steps of tests towards the budget of SAC; the paper's PPO does not pay for them."""
+        if self.config.recipe.algorithm == "sac":
+            action_s = self.scene.task.control_dt_s * self.config.recipe.hold_steps
+            self.model.num_timesteps += round(float(course.time_s.sum()) / action_s)
+
+    def _test_script(self) -> None:
+        """Test the script before anything is learned; it is the policy to return to when learning makes it worse."""
         from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
 
         history, began = self.history, time.perf_counter()
-        course = self._tested(self._fresh_variations())
+        course = self._test(self._fresh_variations())
         assert isinstance(self.model, SoftActorCritic)  # a recipe with a script is always SAC
         self.model.learning_starts += self.model.num_timesteps  # nothing was learned in these steps
         history.wall_s += time.perf_counter() - began
         history.steps = self.model.num_timesteps * self.config.recipe.hold_steps
-        self._tell(course)
+        self._report(course)
         history.best_share = history.success_share
         self._keep_best()
-        return history.success_share >= self.config.recipe.saturation
 
     def _checkpoint(self) -> None:
         with tempfile.TemporaryDirectory(dir=self.home.path, prefix=".checkpoint-") as made:
@@ -378,7 +376,7 @@ class _Training:
         saved.write_json("history.json", self.history.to_json())
         self.model.save(folder / "policy.zip", exclude=["ep_info_buffer", "ep_success_buffer"])
         if isinstance(self.model, SoftActorCritic):
-            self.model.save_memory(folder / "memory")
+            self.model.save_replay_buffer_to(folder / "memory")
         if self._best is not None:
             self._best.save(folder / "best")
 

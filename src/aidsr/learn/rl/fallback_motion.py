@@ -1,7 +1,8 @@
-"""Search for a motion that a policy has to beat: a probe may find one in seconds where learning fails."""
+"""Search for a motion that replaces a policy which succeeds less often: a probe may find one where learning fails."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,19 +12,21 @@ from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop import Motion, ProbeReport, probe_scene
 from aidsr.learn.openloop.motion import Motions, OpenLoopPolicy
 from aidsr.learn.openloop.script import script_of
+from aidsr.learn.rl.training_config import TrainingConfig
+from aidsr.learn.rl.training_folder import TrainingFolder
 
 SEARCHED = 4
 """Number of variations that are searched. Our choice: compared with the usual two, four motions that each succeed in
 one variation more often include one that also succeeds in others, although they get a little less far in their own."""
-CHOSEN_IN, TOLD_BY = 8, 20
+CHOSEN_IN, REPORTED_ON = 8, 20
 """Number of variations in which the successful motions are compared, and number of other variations in which the
 success share of the best one is measured."""
-LEAST_WON = 0.5
+LEAST_SUCCESS = 0.5
 """Smallest success share in both sets of variations: the same that makes a design successful."""
 
 
 @dataclass(frozen=True)
-class RivalMotion:
+class FallbackMotion:
     """Result of the search for a motion.
 
     Attributes:
@@ -39,7 +42,7 @@ class RivalMotion:
     steps: int
 
 
-def find_rival(scene: TaskScene, *, seed: int, threads: int) -> RivalMotion:
+def find_fallback_motion(scene: TaskScene, *, seed: int, threads: int) -> FallbackMotion:
     """Search for a motion that succeeds, and test it in variations in which it was not searched.
 
     The search has the budget of `aidsr probe`.
@@ -52,15 +55,36 @@ def find_rival(scene: TaskScene, *, seed: int, threads: int) -> RivalMotion:
     played = _Played(scene, threads)
     report = probe_scene(scene, variations=SEARCHED, seed=seed, threads=threads)
     succeeded = [one.motion for one in report.variations if one.episode.ended == "succeeded"]
-    won = [motion for index, motion in enumerate(succeeded) if motion not in succeeded[:index]]
-    shares = [played.share(motion, range(SEARCHED, SEARCHED + CHOSEN_IN)) for motion in won]
+    distinct = [motion for index, motion in enumerate(succeeded) if motion not in succeeded[:index]]
+    shares = [played.share(motion, range(SEARCHED, SEARCHED + CHOSEN_IN)) for motion in distinct]
     script, share = "", 0.0
-    if shares and max(shares) >= LEAST_WON:
-        best = won[shares.index(max(shares))]
-        share = played.share(best, range(SEARCHED + CHOSEN_IN, SEARCHED + CHOSEN_IN + TOLD_BY))
-        script = script_of(best) if share >= LEAST_WON else ""
+    if shares and max(shares) >= LEAST_SUCCESS:
+        best = distinct[shares.index(max(shares))]
+        share = played.share(best, range(SEARCHED + CHOSEN_IN, SEARCHED + CHOSEN_IN + REPORTED_ON))
+        script = script_of(best) if share >= LEAST_SUCCESS else ""
     steps = round((report.simulated_s + played.simulated_s) / scene.task.control_dt_s)
-    return RivalMotion(report, script, share if script else 0.0, steps)
+    return FallbackMotion(report, script, share if script else 0.0, steps)
+
+
+def record_fallback_motion(
+    home: TrainingFolder, scene: TaskScene, config: TrainingConfig, threads: int
+) -> TrainingConfig:
+    """Search for a motion, and write and return the settings with it; probe.json marks this as done."""
+    began = time.perf_counter()
+    found = find_fallback_motion(scene, seed=config.seed, threads=threads)
+    best = found.report.best
+    home.log_event(
+        "probed", steps=found.steps, ended=best.episode.ended, motion=best.motion.summary, success_share=found.share
+    )
+    probe_s = round(time.perf_counter() - began, 2)
+    config = config.model_copy(
+        update={"motion": found.script, "motion_share": found.share, "probe_steps": found.steps, "probe_s": probe_s}
+    )
+    if found.share >= config.recipe.saturation:
+        config = config.with_the_motion()
+    home.write("config.json", config.model_dump_json(indent=2) + "\n")
+    home.write("probe.json", found.report.model_dump_json(indent=2) + "\n")
+    return config
 
 
 class _Played:

@@ -13,10 +13,10 @@ import torch
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.openloop.script import parse_script
-from aidsr.learn.rl import rival_motion, training
+from aidsr.learn.rl import fallback_motion, training
+from aidsr.learn.rl.fallback_motion import find_fallback_motion
 from aidsr.learn.rl.policy import TrainedPolicy
 from aidsr.learn.rl.recipe import PROTOCOLS, Recipe, recipe_of
-from aidsr.learn.rl.rival_motion import find_rival
 from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
 from aidsr.learn.rl.trained import FinishedTraining
 from aidsr.learn.rl.training import train
@@ -64,7 +64,7 @@ class WonBy:
     """Takes the place of a rollout, and lets a share of the episodes be won."""
 
     def __init__(self, share: float) -> None:
-        self.share, self.play = share, rival_motion.rollout
+        self.share, self.play = share, fallback_motion.rollout
 
     def __call__(self, *about):
         played = self.play(*about)
@@ -73,7 +73,7 @@ class WonBy:
 
 def test_a_motion_that_wins_in_variations_it_was_not_searched_in_is_found():
     scene = small_learning()
-    found = find_rival(scene, seed=0, threads=1)
+    found = find_fallback_motion(scene, seed=0, threads=1)
     assert found.share >= 0.95
     parse_script(found.script).played_by([group.name for group in scene.actions.groups], scene.actions.rest)
     assert found.steps > found.report.simulated_s / QuickPushing.control_dt_s, "the other variations are counted"
@@ -81,14 +81,14 @@ def test_a_motion_that_wins_in_variations_it_was_not_searched_in_is_found():
 
 @pytest.mark.parametrize(("share", "is_found"), [(0.4, False), (0.5, True)])
 def test_a_motion_that_wins_less_than_half_of_the_others_is_none(monkeypatch, share, is_found):
-    monkeypatch.setattr(rival_motion, "rollout", WonBy(share))
-    found = find_rival(small_learning(), seed=0, threads=1)
+    monkeypatch.setattr(fallback_motion, "rollout", WonBy(share))
+    found = find_fallback_motion(small_learning(), seed=0, threads=1)
     assert (bool(found.script), found.share) == (is_found, share if is_found else 0.0)
 
 
 def test_where_nothing_wins_nothing_else_is_played(monkeypatch):
-    monkeypatch.setattr(rival_motion, "rollout", lambda *about: pytest.fail("nothing won in the search"))
-    found = find_rival(small_learning(NeverWon()), seed=0, threads=1)
+    monkeypatch.setattr(fallback_motion, "rollout", lambda *about: pytest.fail("nothing won in the search"))
+    found = find_fallback_motion(small_learning(NeverWon()), seed=0, threads=1)
     assert (found.share, found.script) == (0.0, "")
     assert found.steps == round(found.report.simulated_s / QuickPushing.control_dt_s)
 
@@ -105,7 +105,7 @@ def test_a_motion_that_wins_nearly_always_is_the_policy(tmp_path):
 
 
 def test_a_policy_that_wins_less_than_the_motion_makes_way_for_it(tmp_path, monkeypatch):
-    monkeypatch.setattr(rival_motion, "rollout", WonBy(0.9))
+    monkeypatch.setattr(fallback_motion, "rollout", WonBy(0.9))
 
     def learn_to_rest(model, *_, **__):
         with torch.no_grad():
@@ -123,7 +123,7 @@ def test_a_policy_that_wins_less_than_the_motion_makes_way_for_it(tmp_path, monk
 
 
 def test_a_policy_that_wins_about_as_much_stays(tmp_path, monkeypatch):
-    monkeypatch.setattr(rival_motion, "rollout", WonBy(0.5))
+    monkeypatch.setattr(fallback_motion, "rollout", WonBy(0.5))
     result = train(small_learning(), tmp_path, steps=STEPS, recipe=SMALL, threads=1)
     config = config_of(tmp_path)
     assert config.motion
@@ -132,18 +132,18 @@ def test_a_policy_that_wins_about_as_much_stays(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("motion", "policy", "is_beaten"),
+    ("motion", "policy", "replaced"),
     [(14, 10, True), (14, 11, False), (18, 14, True), (18, 15, False), (20, 16, True), (20, 17, False), (10, 6, True)],
 )
-def test_a_motion_replaces_a_policy_that_wins_four_episodes_less(tmp_path, motion, policy, is_beaten):
+def test_a_motion_replaces_a_policy_that_wins_four_episodes_less(tmp_path, motion, policy, replaced):
     scene = small_learning()
     config = TrainingConfig.of(scene, steps=STEPS, seed=0, recipe=SMALL)
     config = config.model_copy(update={"motion": "left: 1", "motion_share": motion / 20})
     learning = training._Training(scene, TrainingFolder(tmp_path), config, 1, tensorboard=False)
     learning.history.won = policy
     learning.history.recent.extend([(1.0, 1.0, 1.0)] * policy + [(0.0, 0.0, 0.0)] * (20 - policy))
-    assert learning.is_beaten("budget") is is_beaten
-    assert not learning.is_beaten("saturated")
+    assert learning.needs_fallback("budget") is replaced
+    assert not learning.needs_fallback("saturated")
 
 
 def test_the_same_request_is_the_same_training_whatever_the_probe_found(tmp_path):
@@ -182,7 +182,7 @@ def test_a_search_that_was_killed_is_made_again(tmp_path, monkeypatch):
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(training, "find_rival", killed)
+        patch.setattr(fallback_motion, "find_fallback_motion", killed)
         with pytest.raises(KeyboardInterrupt):
             train(small_learning(), tmp_path, steps=STEPS, recipe=SMALL, threads=1)
     assert config_of(tmp_path).recipe == SMALL
