@@ -218,8 +218,8 @@ def _with_trial(report: ValidationReport, trial: TaskReport | None) -> Validatio
     """Return the Judge's input: the measurements of the scene, with those of its trial."""
     if trial is None:
         return report
-    told = "\n".join([trial.critique.summary, trial.account]).strip()
-    return report.model_copy(update={"measurements": {**report.measurements, "trial": told}})
+    text = "\n".join([trial.critique.summary, trial.account]).strip()
+    return report.model_copy(update={"measurements": {**report.measurements, "trial": text}})
 
 
 def _faults_in_words(report: ValidationReport) -> str:

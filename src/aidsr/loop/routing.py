@@ -115,5 +115,5 @@ def _issues(critique: Critique) -> list[str]:
 def _first(problems: list[str]) -> str:
     """Return the first problems in full, and the number of the others."""
     more = len(problems) - _MOST_PROBLEMS
-    told = " ".join(f"{problem.rstrip('.')}." for problem in problems[:_MOST_PROBLEMS])
-    return told + (f" And {more} more." if more > 0 else "")
+    text = " ".join(f"{problem.rstrip('.')}." for problem in problems[:_MOST_PROBLEMS])
+    return text + (f" And {more} more." if more > 0 else "")

@@ -114,10 +114,12 @@ class _Session:
     def found(self, scene: str) -> str:
         """Return the model's reason for keeping a scene, and other measurements of the scene and its robot."""
         kept = self.last(scene, "keep")
-        told = [str(kept.values.get("why", ""))] if kept else []
+        reasons = [str(kept.values.get("why", ""))] if kept else []
         bodies = (scene, self.scenes[scene])
         measured = [one for one in self.done if one.name == "measure" and one.subject in bodies]
-        return "; ".join([*told, *(f"{one.values.get('what')}: {one.headline}" for one in measured[-_MOST_MEASURED:])])
+        return "; ".join(
+            [*reasons, *(f"{one.values.get('what')}: {one.headline}" for one in measured[-_MOST_MEASURED:])]
+        )
 
     def edited_from(self, robot: str) -> str:
         """Return the robot that a robot was edited from, "" if it was written from scratch."""

@@ -89,10 +89,10 @@ class Memory:
                 jobs.setdefault((lesson.objective, lesson.base), []).append(lesson)
         likeness = _likeness(objective, [words for words, _ in jobs])
         near = {job: alike + 0.1 * (job[1] == base) for job, alike in zip(jobs, likeness, strict=True)}
-        told: list[Lesson] = []
+        chosen: list[Lesson] = []
         for job in sorted(jobs, key=lambda each: -near[each]):
-            told += _telling(jobs[job], min(count - len(told), max(count // 2, 1)))
-        return tuple(told[:count])
+            chosen += _choose(jobs[job], min(count - len(chosen), max(count // 2, 1)))
+        return tuple(chosen[:count])
 
     def tell(
         self, objective: str, base: Base = "any", count: int = TOLD, *, without: Collection[str] = ()
@@ -118,19 +118,19 @@ def elites(lessons: Iterable[Lesson]) -> tuple[Lesson, ...]:
     return tuple(sorted(found.values(), key=lambda each: -each.worth))
 
 
-def _telling(lessons: Sequence[Lesson], count: int) -> list[Lesson]:
+def _choose(lessons: Sequence[Lesson], count: int) -> list[Lesson]:
     """Return the best lessons on a job, and as many instructive ones: large changes, then the worst families."""
     best = elites(lessons)
-    told = list(best[: (count + 1) // 2])
+    chosen = list(best[: (count + 1) // 2])
     steps = sorted((each for each in lessons if abs(each.step) >= _LARGE_STEP), key=lambda each: -abs(each.step))
-    families = {each.family.casefold() for each in told}
+    families = {each.family.casefold() for each in chosen}
     failures = [each for each in reversed(best) if each.family.casefold() not in families]
     for lesson in (*steps, *failures, *best):
-        if len(told) >= count:
+        if len(chosen) >= count:
             break
-        if lesson not in told:
-            told.append(lesson)
-    return told
+        if lesson not in chosen:
+            chosen.append(lesson)
+    return chosen
 
 
 def _likeness(text: str, others: Sequence[str]) -> list[float]:

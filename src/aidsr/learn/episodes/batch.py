@@ -131,7 +131,7 @@ class Episodes:
         return self._state.progress
 
     @property
-    def done_action(self) -> FloatArray:
+    def applied_action(self) -> FloatArray:
         """Action applied in the last control step, after smoothing and correction, (n, k), -1 to 1."""
         return self._last_action
 
@@ -213,9 +213,9 @@ class Episodes:
             action: Actions of the policy, (n, n_actions), -1 to 1. They are ignored while an earlier action is held. In
                 a scene with a base motion, they correct that motion.
         """
-        asked: FloatArray = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
+        clipped: FloatArray = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
         is_due = self._age_steps % self.actions.hold_steps == 0
-        self._held = np.where(is_due[:, None], asked, self._held)
+        self._held = np.where(is_due[:, None], clipped, self._held)
         requested = self.actions.corrected(self._held, self._age_steps.astype(np.float64) * self.task.control_dt_s)
         running = self.running.copy()
         self._age_steps += running

@@ -62,9 +62,9 @@ class Track:
 
     def at(self, time_s: FloatArray | float) -> FloatArray:
         """Return the actions at the given times, in the shape of `time_s`, -1 to 1."""
-        return np.asarray(np.clip(self.asked(time_s), -1.0, 1.0))
+        return np.asarray(np.clip(self.unclipped(time_s), -1.0, 1.0))
 
-    def asked(self, time_s: FloatArray | float) -> FloatArray:
+    def unclipped(self, time_s: FloatArray | float) -> FloatArray:
         """Return the actions of `at` before they are clipped."""
         times, actions = zip(*self.waypoints, strict=True)
         base = np.interp(time_s, times, actions)
@@ -134,17 +134,17 @@ class ScriptPolicy:
             until_s: Duration of the motion [s].
         """
         times = self.control_dt_s * np.arange(max(1, round(until_s / self.control_dt_s)), dtype=np.float64)
-        told = []
+        clauses = []
         for name, track in zip(groups, self._tracks, strict=True):
-            asked = track.asked(times)
-            beyond = np.abs(asked) > 1.0 + _ROUNDING
+            requested = track.unclipped(times)
+            beyond = np.abs(requested) > 1.0 + _ROUNDING
             if beyond.any():
-                farthest = float(asked[np.abs(asked).argmax()])
-                told.append(
+                farthest = float(requested[np.abs(requested).argmax()])
+                clauses.append(
                     f"{name.removeprefix(ROBOT_PREFIX)} is asked for {farthest:+.3g}, cut off at "
                     f"{math.copysign(1, farthest):+g}, {beyond.mean():.0%} of the time"
                 )
-        return tuple(told)
+        return tuple(clauses)
 
     def at(self, time_s: FloatArray | float) -> FloatArray:
         """Return the action at a time, (k,), or at several, (n,) -> (n, k)."""
