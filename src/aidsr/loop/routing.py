@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from aidsr.core.artifacts import Critique, Fault, TaskReport, ValidationReport
 from aidsr.core.roles import Feedback
+from aidsr.mjcf.names import ROBOT_PREFIX
 
 _MOST_PROBLEMS = 3
 """Number of problems reported in full when a design is given up; its files contain all of them. Our choice."""
@@ -88,8 +89,7 @@ def after_trial(report: TaskReport, earlier: Sequence[str] = ()) -> Change:
 
 def _is_of_placement(fault: Fault) -> bool:
     """Whether the fault names something in the environment, or its rule blames the placement."""
-    from aidsr.sim.ownership import ROBOT_PREFIX  # loads MuJoCo, like the next one
-    from aidsr.validation.registry import find_rule
+    from aidsr.validation.registry import find_rule  # loads MuJoCo
 
     rule = find_rule(fault.code)
     touches_environment = any(not name.startswith(ROBOT_PREFIX) for name in fault.names)

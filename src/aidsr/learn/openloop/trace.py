@@ -17,7 +17,6 @@ from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.sim.divergence import body_speeds
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.sim.geom_distance import geom_distance_m
-from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.tasks import GoalTask, Variation, apply_to_simulation
 from aidsr.tasks.goals.goal import Goal, unit
 from aidsr.tasks.goals.move import Lift, Travel
