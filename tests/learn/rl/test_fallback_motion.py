@@ -10,6 +10,7 @@ pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
 import torch
 
+from aidsr.learn.episodes import overlap_meter
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.openloop.script import parse_script
@@ -64,7 +65,7 @@ class WonBy:
     """Takes the place of a rollout, and lets a share of the episodes be won."""
 
     def __init__(self, share: float) -> None:
-        self.share, self.play = share, fallback_motion.rollout
+        self.share, self.play = share, fallback_motion.rollout_without_overlap
 
     def __call__(self, *about):
         played = self.play(*about)
@@ -81,16 +82,33 @@ def test_a_motion_that_wins_in_variations_it_was_not_searched_in_is_found():
 
 @pytest.mark.parametrize(("share", "is_found"), [(0.4, False), (0.5, True)])
 def test_a_motion_that_wins_less_than_half_of_the_others_is_none(monkeypatch, share, is_found):
-    monkeypatch.setattr(fallback_motion, "rollout", WonBy(share))
+    monkeypatch.setattr(fallback_motion, "rollout_without_overlap", WonBy(share))
     found = find_fallback_motion(small_learning(), seed=0, threads=1)
     assert (bool(found.script), found.share) == (is_found, share if is_found else 0.0)
 
 
 def test_where_nothing_wins_nothing_else_is_played(monkeypatch):
-    monkeypatch.setattr(fallback_motion, "rollout", lambda *about: pytest.fail("nothing won in the search"))
+    monkeypatch.setattr(
+        fallback_motion, "rollout_without_overlap", lambda *about: pytest.fail("nothing won in the search")
+    )
     found = find_fallback_motion(small_learning(NeverWon()), seed=0, threads=1)
     assert (found.share, found.script) == (0.0, "")
     assert found.steps == round(found.report.simulated_s / QuickPushing.control_dt_s)
+
+
+def test_a_motion_in_which_parts_overlap_deeply_does_not_count(monkeypatch):
+    monkeypatch.setattr(overlap_meter, "DEEP", -1.0)
+    assert find_fallback_motion(small_learning(), seed=0, threads=1).share == 0.0
+
+
+@pytest.mark.parametrize(("penalty", "stopped"), [(0.0, "saturated"), (0.1, "budget")])
+def test_a_policy_in_which_parts_overlap_deeply_does_not_succeed(tmp_path, monkeypatch, penalty, stopped):
+    script = find_fallback_motion(small_learning(), seed=0, threads=1).script
+    monkeypatch.setattr(overlap_meter, "DEEP", -1.0)
+    recipe = SMALL.model_copy(update={"overlap_penalty": penalty}).beginning_with(script)
+    result = train(small_learning(), tmp_path, steps=600, recipe=recipe, threads=1)
+    assert result.stopped == stopped
+    assert (result.success_share == 0.0) == bool(penalty)
 
 
 def test_a_motion_that_wins_nearly_always_is_the_policy(tmp_path):
@@ -105,7 +123,7 @@ def test_a_motion_that_wins_nearly_always_is_the_policy(tmp_path):
 
 
 def test_a_policy_that_wins_less_than_the_motion_makes_way_for_it(tmp_path, monkeypatch):
-    monkeypatch.setattr(fallback_motion, "rollout", WonBy(0.9))
+    monkeypatch.setattr(fallback_motion, "rollout_without_overlap", WonBy(0.9))
 
     def learn_to_rest(model, *_, **__):
         with torch.no_grad():
@@ -123,7 +141,7 @@ def test_a_policy_that_wins_less_than_the_motion_makes_way_for_it(tmp_path, monk
 
 
 def test_a_policy_that_wins_about_as_much_stays(tmp_path, monkeypatch):
-    monkeypatch.setattr(fallback_motion, "rollout", WonBy(0.5))
+    monkeypatch.setattr(fallback_motion, "rollout_without_overlap", WonBy(0.5))
     result = train(small_learning(), tmp_path, steps=STEPS, recipe=SMALL, threads=1)
     config = config_of(tmp_path)
     assert config.motion

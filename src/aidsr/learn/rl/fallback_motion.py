@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from aidsr.learn.episodes.batch import Episodes
-from aidsr.learn.episodes.rollout import rollout
+from aidsr.learn.episodes.overlap_meter import rollout_without_overlap
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop import Motion, ProbeReport, probe_scene
 from aidsr.learn.openloop.motion import Motions, OpenLoopPolicy
@@ -95,10 +95,11 @@ class _Played:
         self.simulated_s = 0.0
 
     def share(self, motion: Motion, numbers: Sequence[int]) -> float:
-        """Return the share of the given variations in which a motion succeeds."""
+        """Return the share of the given variations in which a motion succeeds without deep overlap."""
         task = self._scene.task
         variations = [task.variation("development", number) for number in numbers]
         episodes = Episodes(self._scene.model, task, self._scene.actions, variations, threads=self._threads)
-        course = rollout(episodes, OpenLoopPolicy(Motions.of([motion] * len(numbers)), task.control_dt_s))
+        policy = OpenLoopPolicy(Motions.of([motion] * len(numbers)), task.control_dt_s)
+        course = rollout_without_overlap(episodes, policy)
         self.simulated_s += float(course.time_s.sum())
         return float(course.success.mean())

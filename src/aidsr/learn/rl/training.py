@@ -14,6 +14,7 @@ import numpy as np
 
 from aidsr.core.config import BUDGET_STEPS
 from aidsr.learn.episodes.batch import Episodes
+from aidsr.learn.episodes.overlap_meter import rollout_without_overlap
 from aidsr.learn.episodes.perturbation import randomized
 from aidsr.learn.episodes.rollout import EpisodeOutcomes, rollout
 from aidsr.learn.episodes.scene import TaskScene
@@ -136,7 +137,12 @@ class _Training:
         self._best: Snapshot | None = None
         self._structure = read_structure(scene.model)
         first = [self._sample_variation() for _ in range(recipe.simulations)]
-        self.env = BatchedVecEnv(self._episodes(first), self._sample_variation, patience_s=recipe.patience_s)
+        self.env = BatchedVecEnv(
+            self._episodes(first),
+            self._sample_variation,
+            patience_s=recipe.patience_s,
+            overlap_penalty=recipe.overlap_penalty,
+        )
         self.normalised: VecNormalize = VecNormalize(
             self.env, gamma=recipe.gamma, norm_reward=recipe.algorithm == "ppo"
         )
@@ -337,10 +343,11 @@ class _Training:
         return course
 
     def _evaluate(self, variations: list[Variation]) -> EpisodeOutcomes:
-        """Play variations with the policy, without noise, and return the outcomes."""
+        """Play variations with the policy, without noise; if deep overlap is penalized, it is no success."""
         policy = TrainedPolicy.of(self.model.policy, Normalisation.of(self.normalised))
         self.model.policy.set_training_mode(False)
-        return rollout(self._episodes(variations), policy)
+        play = rollout_without_overlap if self.config.recipe.overlap_penalty else rollout
+        return play(self._episodes(variations), policy)
 
     def _charge(self, course: EpisodeOutcomes) -> None:
         """Count the steps of tests towards the budget of SAC; the paper's PPO does not pay for them."""
