@@ -3,8 +3,8 @@
     python -m benchmarks.validator.fuzz --cases 10000 --battery 500
 
 Requirements: the caller never crashes, sees only the documented exceptions, and has each answer within 20 s of
-processor time; no process is left behind; no file is touched, neither in the working directory nor in a folder that
-documents name on purpose.
+processor time; no process is left behind; no file is made in the working directory, and none is read or changed in a
+folder that documents name on purpose.
 """
 
 from __future__ import annotations
@@ -149,13 +149,39 @@ def processor_s() -> float:
 
 
 def fingerprint(folder: Path) -> dict[str, str]:
-    """Return a digest of every file below a folder, with its times of change and of access."""
-    found = {}
-    for path in sorted(folder.rglob("*")):
-        if path.is_file():
-            digest = hashlib.sha256(path.read_bytes()).hexdigest()
-            found[str(path.relative_to(folder))] = f"{digest} {path.stat().st_mtime_ns} {path.stat().st_atime_ns}"
-    return found
+    """Return a digest of every file below a folder, with its time of change."""
+    return {
+        str(path.relative_to(folder)): f"{hashlib.sha256(path.read_bytes()).hexdigest()} {path.stat().st_mtime_ns}"
+        for path in _files(folder)
+    }
+
+
+def mark_unread(folder: Path) -> None:
+    """Set the time of access of every file below a folder to 0, so that `files_read` sees the next read.
+
+    A file system with relatime renews a time of access only where it is before the file's last change.
+    """
+    for path in _files(folder):
+        os.utime(path, ns=(0, path.stat().st_mtime_ns))
+
+
+def files_read(folder: Path) -> list[str]:
+    """Return the files below a folder that were read since `mark_unread`, or made since and read."""
+    return [str(path.relative_to(folder)) for path in _files(folder) if path.stat().st_atime_ns]
+
+
+def reads_show() -> bool:
+    """Return whether the file system of temporary files records times of access (not with noatime)."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "read.txt")
+        path.write_text("read", "utf-8")
+        mark_unread(Path(folder))
+        path.read_bytes()
+        return bool(files_read(Path(folder)))
+
+
+def _files(folder: Path) -> list[Path]:
+    return [path for path in sorted(folder.rglob("*")) if path.is_file()]
 
 
 def marked_processes(marker: str) -> list[int]:
@@ -191,11 +217,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     with tempfile.TemporaryDirectory() as canary, tempfile.TemporaryDirectory() as work:
         make_canary(Path(canary))
         untouched = fingerprint(Path(canary))
+        mark_unread(Path(canary))
         result = Path(canary).with_suffix(".json")
         code = _run_outer(options, canary, work, result)
         touched = [f"in the working directory: {name}" for name in fingerprint(Path(work))]
+        touched += [f"in the canary folder, read: {name}" for name in files_read(Path(canary))]
         changed = set(fingerprint(Path(canary)).items()) ^ set(untouched.items())
-        touched += [f"in the canary folder: {name}" for name, _ in changed]
+        touched += [f"in the canary folder, changed: {name}" for name, _ in changed]
         left = _left_behind(canary)
     if code:
         sys.exit(f"the campaign itself ended with exit code {code}")
@@ -257,6 +285,7 @@ def _markdown(
     isolated = light.isolated | heavy.isolated
     spent_longest_s, longest = max(light.longest, heavy.longest)
     codes = ", ".join(f"`{code}` {count}" for code, count in (light.codes + heavy.codes).most_common())
+    unseen = "" if reads_show() else "; reads are not counted: the file system keeps no times of access"
     made_by = f"`make fuzz CASES={options.cases} BATTERY={options.battery}` at {commit()}"
     return f"""# What broken documents do to the validator
 
@@ -268,7 +297,7 @@ Made by {made_by}, seed {options.seed}: {spent_s / 60:.1f} min.
 | documents through the whole validation | {options.battery}: {endings(heavy)} |
 | crashes of the caller, undocumented exceptions, cases beyond {_LONGEST_S:g} s of processor time | {len(failures)} |
 | longest case | at most {spent_longest_s:.1f} s of processor time (case {longest}) |
-| files touched | {len(touched)} |
+| files touched | {len(touched)}{unseen} |
 | processes left behind | {len(left)} |
 | calls ended by isolation (native crash, time, memory) | {len(isolated)} |
 
