@@ -16,7 +16,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -118,6 +118,15 @@ def rows_of(path: Path) -> list[Row]:
     """Return the rows of a file, none if there is no file."""
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
     return [Row.model_validate_json(line) for line in lines]
+
+
+def newest(rows: Iterable[Row], protocol: Way, steps: int) -> dict[str, Row]:
+    """Return the newest training of each scene with a protocol and budget, if its task has not changed since."""
+    return {
+        row.scene: row
+        for row in rows
+        if (row.protocol, row.steps) == (protocol, steps) and is_current(row.task, row.benchmark_version)
+    }
 
 
 def recipe_now(way: Way) -> Recipe | None:
