@@ -58,9 +58,8 @@ def _canary() -> Path:
 
 
 def _watched(outcome: Outcome) -> dict[str, str]:
-    """Return the fingerprint of the canary folder and watch for reads from now on; note where reads do not show."""
-    if not _reads_show():
-        outcome.notes["reads"] = "not seen: the file system keeps no times of access"
+    """Return the fingerprint of the canary folder and watch for reads from now on, where the file system shows them."""
+    outcome.notes["reads"] = "watched" if _reads_show() else "not seen: the file system keeps no times of access"
     before = fingerprint(_canary())
     mark_unread(_canary())
     return before
