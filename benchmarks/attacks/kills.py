@@ -234,7 +234,7 @@ def _kill_workers(pid: int) -> int:
     return len(found)
 
 
-_REWRITTEN = ("summary.html", "events.jsonl", "run.log", "report")
+_REWRITTEN = ("summary.html", "events.jsonl", "curve.csv", "run.log", "report")
 """Beginnings of the names of files that are computed again or grow."""
 
 

@@ -11,9 +11,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from benchmarks.cheats.wins import commit
-
 from aidsr.core.artifacts import Robot
+from aidsr.core.provenance import commit
 from aidsr.learn.episodes.plausibility import part_check, scope_check, start_check
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.sim.assembly import assemble

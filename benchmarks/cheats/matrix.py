@@ -24,11 +24,12 @@ from benchmarks.cheats.bodies import CHEATS, Cheat
 from benchmarks.cheats.honest import FOUND
 from benchmarks.cheats.parts import Player
 from benchmarks.cheats.playing import is_own, place, play, rules
-from benchmarks.cheats.wins import BEFORE, commit, fingerprint, read_rows
+from benchmarks.cheats.wins import BEFORE, fingerprint, read_rows
 
 from aidsr import validate
 from aidsr.core.artifacts import PlausibilityCheck, ValidationReport
 from aidsr.core.errors import MjcfError, UserError
+from aidsr.core.provenance import commit
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.evaluation import evaluate
 from aidsr.tasks import BENCHMARK_VERSION, TASKS, Task, is_current, load_task
@@ -83,7 +84,7 @@ def main() -> None:
 
 
 def key(row: Row) -> tuple[str, str, str]:
-    """Return the key of a cell: body, fingerprint of the body, and task."""
+    """Return the key of a cell: body, its fingerprint, and task."""
     return row["body"], row["sha256"], row["task"]
 
 

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
 from benchmarks.cheats.bodies import CHEATS
 from benchmarks.cheats.honest import FOUND, look, refusals
-from benchmarks.cheats.matrix import PAGE, page
+from benchmarks.cheats.matrix import PAGE, current, page
 from benchmarks.cheats.parts import Player, constant
 from benchmarks.cheats.playing import lift_m, place, play
-from benchmarks.cheats.wins import BEFORE, read_rows
+from benchmarks.cheats.wins import BEFORE, fingerprint, read_rows
 
 from aidsr.core.errors import UserError
 from aidsr.learn.episodes.scene import TaskScene
@@ -118,6 +120,28 @@ def test_bodies_for_tasks_that_came_later_win_and_are_not_valid():
     for row in later:
         assert 2 * row["wins"] >= row["episodes"]
         assert "needs_cables" in row["failed_checks"], "by measurement, whatever the validator says of the body"
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"part": "other"},
+        {"offset_m": (0.0, 0.1, 0.0)},
+        {"rule": lambda: constant({"left": 0.5})},
+        {"edit": lambda root: root.find("option").set("gravity", "0 0 -1")},
+    ],
+    ids=lambda change: next(iter(change)),
+)
+def test_whatever_decides_a_verdict_changes_the_fingerprint(change):
+    cheat = BY_NAME["motor_jaws"]
+    assert fingerprint(replace(cheat)) == fingerprint(cheat)
+    assert fingerprint(replace(cheat, **change)) != fingerprint(cheat)
+
+
+def test_every_cell_is_decided_for_the_bodies_of_today():
+    assert {(row["body"], row["task"]) for row in current()} == {
+        (name, task.rpartition("/")[2]) for name in BY_NAME for task in TASKS
+    }
 
 
 def test_a_body_is_lifted_until_it_stands():
