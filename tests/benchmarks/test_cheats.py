@@ -13,6 +13,7 @@ from benchmarks.cheats.matrix import PAGE, current, page
 from benchmarks.cheats.parts import Player, constant
 from benchmarks.cheats.playing import lift_m, place, play
 from benchmarks.cheats.wins import BEFORE, fingerprint, read_rows
+from benchmarks.episode_clock import EpisodeClock
 
 from aidsr.core.errors import UserError
 from aidsr.learn.episodes.scene import TaskScene
@@ -174,6 +175,20 @@ def test_a_player_starts_again_with_episodes_that_start_again():
     names = [group.actuators[0] for group in scene.actions.groups]
     assert action[0, names.index("robot/left")] == 1.0
     assert action[0, names.index("robot/right")] == scene.actions.rest[names.index("robot/right")]
+
+
+def test_a_replay_that_is_not_recognized_is_an_error():
+    task = load_task("simple_grasping")
+    clock, seen = EpisodeClock(task), np.zeros((1, 3))
+    steps = round(task.time_limit_s / task.control_dt_s)
+    assert clock.tick(seen)
+    assert not any(clock.tick(seen + 1.0) for _ in range(steps))
+    assert clock.time_s == pytest.approx(task.time_limit_s)
+    assert clock.tick(seen)
+    assert clock.time_s == 0.0
+    assert not any(clock.tick(seen + 2.0) for _ in range(steps + 1))
+    with pytest.raises(RuntimeError, match="other observations"):
+        clock.tick(seen + 2.0)
 
 
 def test_rigid_jaws_win_by_their_rule_where_nothing_refuses_them():
