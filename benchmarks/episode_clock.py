@@ -40,6 +40,6 @@ class EpisodeClock:
         was_at_first, self._at_first = self._at_first, np.array_equal(observation, self._first)
         begins = self._at_first and not was_at_first
         self._steps = 0 if begins else self._steps + 1
-        if self.time_s > self._limit_s + self._dt_s:
+        if self.time_s > self._limit_s + 1.5 * self._dt_s:
             raise RuntimeError("a replay began with other observations; use a new policy for other episodes")
         return begins

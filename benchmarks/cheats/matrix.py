@@ -213,8 +213,8 @@ def _honest() -> list[str]:
     refused = sum(bool(row["refused_by"]) for row in found)
     commits = ", ".join(sorted({row["commit"] for row in found}))
     return [
-        f"Of {len(found)} built-in designs, the first of each task and seed, {refused} are refused by the same rules "
-        f"and by the checks that need no episode (`python -m benchmarks.cheats.honest`, commit {commits})."
+        f"Of {len(found)} built-in designs, the first of each task and seed, {refused} are refused by the validator "
+        f"or by a check that needs no episode (`python -m benchmarks.cheats.honest`, commit {commits})."
     ]
 
 

@@ -19,7 +19,7 @@ from aidsr.core.errors import UserError
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.sim.scope import find_out_of_scope
 from aidsr.sim.structure import read_structure
-from aidsr.tasks import TASKS, TASKS_IN_SAMPLE, load_task
+from aidsr.tasks import TASKS, load_task
 
 BY_NAME = {cheat.name: cheat for cheat in CHEATS}
 
@@ -85,7 +85,7 @@ def test_an_honest_robot_is_not_refused(name):
 
 def test_no_honest_robot_of_the_page_was_refused():
     rows = read_rows(FOUND)
-    assert len(rows) == 5 * len(TASKS_IN_SAMPLE)
+    assert len(rows) == 5 * len(TASKS)
     assert [row for row in rows if row["refused_by"]] == []
 
 
