@@ -135,7 +135,7 @@ def search(rows: Rows, arm: str, task: str, scenes: int) -> None:
             value(brief, concept)
     except _EnoughError:
         pass
-    best = max(rows.of(arm, task), key=lambda row: row.progress)
+    best = max((row for row in rows.of(arm, task) if row.number in concepts), key=lambda row: row.progress)
     if best.again is None:
         rows.add(best.model_copy(update={"again": _tried(brief, concepts[best.number], first_seed=SEEDS)}))
 
