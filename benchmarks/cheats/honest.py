@@ -47,14 +47,20 @@ def design(task: Task, seed: int) -> tuple[str, Robot, str]:
 
 
 def look(task: Task, seed: int) -> Row:
-    """Return the row of a built-in design: errors of the validator and failed checks that need no episode."""
+    """Return the row of a built-in design.
+
+    "refused_by" has the validator's errors of scope and the failed checks that need no episode, which refuse cheating
+    bodies for what they are; "physics" has the validator's other errors.
+    """
     family, robot, mjcf = design(task, seed)
     alone = validate(robot.mjcf, mount="free" if task.base == "free" else "fixed", environment=task.environment)
     placed = validate(mjcf, needs_contact=task.needs_contact)
-    errors = dict.fromkeys(fault.code for fault in (*alone.errors, *placed.errors))
-    refused = [*errors, *refusals(TaskScene.of(mjcf, task, groups=robot.actuator_groups))]
+    errors = [*alone.errors, *placed.errors]
+    scope = dict.fromkeys(fault.code for fault in errors if fault.layer == "scope")
+    physics = dict.fromkeys(fault.code for fault in errors if fault.layer != "scope")
+    refused = [*scope, *refusals(TaskScene.of(mjcf, task, groups=robot.actuator_groups))]
     facts = {"task": task.name, "seed": seed, "family": family, "benchmark_version": BENCHMARK_VERSION}
-    return {**facts, "commit": commit(), "refused_by": refused}
+    return {**facts, "commit": commit(), "refused_by": refused, "physics": list(physics)}
 
 
 def refusals(scene: TaskScene) -> Iterator[str]:

@@ -211,10 +211,14 @@ def _head(rows: Sequence[Row]) -> list[str]:
 def _honest() -> list[str]:
     found = read_rows(FOUND)
     refused = sum(bool(row["refused_by"]) for row in found)
+    faulty = [row for row in found if row["physics"]]
+    tasks = ", ".join(sorted({row["task"] for row in faulty}))
+    told = f" ({tasks}: {', '.join(sorted({code for row in faulty for code in row['physics']}))})" if faulty else ""
     commits = ", ".join(sorted({row["commit"] for row in found}))
     return [
-        f"Of {len(found)} built-in designs, the first of each task and seed, {refused} are refused by the validator "
-        f"or by a check that needs no episode (`python -m benchmarks.cheats.honest`, commit {commits})."
+        f"Of {len(found)} built-in designs, the first of each task and seed, {refused} are refused as out of "
+        f"scope or by a check that needs no episode, and {len(faulty)} by the validator for their physics, before any "
+        f"repair{told} (`python -m benchmarks.cheats.honest`, commit {commits})."
     ]
 
 
