@@ -15,7 +15,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.learning.compare import RESULTS as SUITE
-from benchmarks.learning.compare import Row, newest, rows_of
+from benchmarks.learning.compare import Row, newest
+from benchmarks.rows import read_rows
 
 from aidsr.core.artifacts import SUCCESSFUL_SHARE, Artifact
 from aidsr.core.rates import Rate
@@ -52,7 +53,7 @@ def main() -> None:
         if ended is not None and ended.scene_sha256 not in {each.scene_sha256 for each in known}:
             known.append(ended)
     RESULTS.write_text("".join(each.model_dump_json() + "\n" for each in known), encoding="utf-8")
-    sys.stdout.write(f"suite: {told(suite_trainings(rows_of(SUITE)))}\n")
+    sys.stdout.write(f"suite: {told(suite_trainings(read_rows(SUITE, Row)))}\n")
     others = [(each.first_won, each.steps, each.success_share) for each in known]
     sys.stdout.write(f"designs of benchmarks.teams: {told(others)}\n")
 
@@ -67,8 +68,7 @@ def suite_trainings(rows: Sequence[Row]) -> list[tuple[int | None, int, float]]:
 
 def kept() -> list[Ended]:
     """Return the recorded trainings."""
-    lines = RESULTS.read_text(encoding="utf-8").splitlines() if RESULTS.exists() else []
-    return [Ended.model_validate_json(line) for line in lines]
+    return read_rows(RESULTS, Ended)
 
 
 def ended_in(training: Training) -> Ended | None:

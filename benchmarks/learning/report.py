@@ -11,9 +11,10 @@ from math import inf
 from pathlib import Path
 from statistics import fmean, median_high
 
-from benchmarks.learning.compare import EPISODES, RESULTS, WAYS, Point, Row, Way, recipe_now, rows_of
+from benchmarks.learning.compare import EPISODES, RESULTS, WAYS, Point, Row, Way, recipe_now
 from benchmarks.learning.probes import PROBES, VARIATIONS, Probe, probes_of
 from benchmarks.learning.suite import Half
+from benchmarks.rows import read_rows
 
 from aidsr.core.artifacts import SUCCESSFUL_SHARE
 
@@ -26,7 +27,7 @@ def main() -> None:
     """Write the page and the picture of the curves."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rows", type=Path, default=RESULTS)
-    rows = rows_of(parser.parse_args().rows)
+    rows = read_rows(parser.parse_args().rows, Row)
     page = RESULTS.with_suffix(".md")
     page.write_text(page_of(rows, probes_of(PROBES)), encoding="utf-8")
     page.with_name("results-curves.svg").write_text(curves(rows), encoding="utf-8")

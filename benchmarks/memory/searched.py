@@ -23,6 +23,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
+from benchmarks.rows import read_rows
 
 from aidsr.core.artifacts import ActuatorGroup, Artifact, Brief, Concept
 from aidsr.core.errors import IsolationError, MjcfError
@@ -88,8 +89,7 @@ class Rows:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-        self.kept = [Row.model_validate_json(line) for line in lines]
+        self.kept = read_rows(path, Row)
 
     def of(self, arm: str, task: str) -> list[Row]:
         """Return the rows of an arm for a task, by number."""

@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from benchmarks.validator.corpus.writers import HELD_OUT_WRITERS
+from benchmarks.validator.corpus.writers import ALL_WRITERS
 from benchmarks.validator.load_only import load_only
 from benchmarks.validator.mutation import mutate
 
@@ -69,9 +69,7 @@ class Campaign:
 
 def seeds() -> list[str]:
     """Return the robots that mutations start from: two of every writer."""
-    return [
-        writer(np.random.default_rng([3, number])).mjcf for writer in HELD_OUT_WRITERS.values() for number in range(2)
-    ]
+    return [writer(np.random.default_rng([3, number])).mjcf for writer in ALL_WRITERS.values() for number in range(2)]
 
 
 def case_text(index: int, seed: int, documents: Sequence[str], canary: str) -> str:

@@ -4,12 +4,13 @@ from pathlib import Path
 
 import pytest
 from benchmarks.memory import searched, tried
+from benchmarks.rows import read_rows
 
 PAGE = tried.RESULTS.with_name("README.md").read_text(encoding="utf-8")
 
 
 def test_the_page_has_the_table_of_its_rows() -> None:
-    rows = tried.read_rows(tried.RESULTS)
+    rows = read_rows(tried.RESULTS, tried.Row)
     assert len(rows) == 18
     assert tried.table(rows) in PAGE
 
