@@ -332,7 +332,7 @@ def _counts(title: str, groups: Mapping[str, Sequence[Row]]) -> list[str]:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Try every cure and write `cures.md` and `cures.jsonl`. Results of the other sets of robots are kept."""
-    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--split", choices=list(PLANS), help="bad robots of the corpus instead of the examples")
     parser.add_argument("--processes", type=int, default=2, help="that make the corpus and try cures")
     parser.add_argument("--kept", type=Path, default=Path("build/validator"), help="where made corpora are kept")

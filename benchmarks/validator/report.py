@@ -245,7 +245,7 @@ def _by_kind(verdicts: Sequence[Verdict]) -> dict[str, dict[str, int]]:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Make or read the corpus, validate it, write `results.md` and `results.json`."""
-    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--split", action="append", choices=list(PLANS), help="default: tuning and held out")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--kept", type=Path, default=Path("build/validator"), help="where made corpora are kept")
