@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from benchmarks.attacks.tries import LIMIT_S, WALL_S, Outcome, contents
-from benchmarks.validator.fuzz import fingerprint, make_canary, seeds
+from benchmarks.validator.fuzz import files_read, fingerprint, make_canary, mark_unread, reads_show, seeds
 from benchmarks.validator.mutation import mutate
 
 from aidsr import RunConfig, design
@@ -57,6 +57,24 @@ def _canary() -> Path:
     return folder
 
 
+def _watched(outcome: Outcome) -> dict[str, str]:
+    """Return the fingerprint of the canary folder and watch for reads from now on, where the file system shows them."""
+    outcome.notes["reads"] = "watched" if _reads_show() else "not seen: the file system keeps no times of access"
+    before = fingerprint(_canary())
+    mark_unread(_canary())
+    return before
+
+
+def _touched(before: dict[str, str]) -> bool:
+    """Return whether a file of the canary folder was read or written since `_watched`."""
+    return bool(files_read(_canary())) or fingerprint(_canary()) != before
+
+
+@cache
+def _reads_show() -> bool:
+    return reads_show()
+
+
 def _answer(number: int) -> str:
     """Return a reply that contains a robot, with pieces inserted, left out and repeated."""
     chance = random.Random(number)
@@ -76,7 +94,7 @@ def _healthy() -> str:
 
 def _document(place: Path, name: str, text_of: Callable[[], str]) -> Outcome:
     outcome = Outcome("documents", name)
-    before, healthy = fingerprint(_canary()), _healthy()
+    before, healthy = _watched(outcome), _healthy()
     text = text_of()
     began_s = time.process_time()
     began_wall_s = time.monotonic()
@@ -89,7 +107,7 @@ def _document(place: Path, name: str, text_of: Callable[[], str]) -> Outcome:
     except Exception as error:
         outcome.failed = f"{type(error).__name__}: {str(error)[:200]}"
     outcome.hang = _late(began_s, began_wall_s)
-    if fingerprint(_canary()) != before:
+    if _touched(before):
         outcome.failed = "a foreign file was read or written"
     if validate(small_arm()).model_dump_json() != healthy:
         outcome.changed = "the report on a healthy robot"
@@ -115,7 +133,7 @@ _CONCEPT = """```json
 
 def _reply(place: Path, name: str, text_of: Callable[[], str], *, later: bool = False) -> Outcome:
     outcome = Outcome("documents", f"reply: {name}")
-    before = fingerprint(_canary())
+    before = _watched(outcome)
     folder = Path(tempfile.mkdtemp(prefix="aidsr-attacks-"))
     text = text_of()
     began_s, began_wall_s = time.process_time(), time.monotonic()
@@ -132,7 +150,7 @@ def _reply(place: Path, name: str, text_of: Callable[[], str], *, later: bool = 
     except Exception as error:
         outcome.failed = f"{type(error).__name__}: {str(error)[:200]}"
     outcome.hang = _late(began_s, began_wall_s)
-    if fingerprint(_canary()) != before or contents(place):
+    if _touched(before) or contents(place):
         outcome.failed = "a foreign file was read or written"
     return outcome
 

@@ -6,6 +6,7 @@ import json
 import os
 import shutil
 import signal
+import subprocess
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -13,7 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from benchmarks.attacks.tries import Ended, Outcome, contents, end, run, start, workers_of
+from benchmarks.attacks.tries import WALL_S, Ended, Outcome, contents, end, run, start, workers_of
 
 _TASK = "button_pushing"
 _TRAIN = ("--task", _TASK, "--protocol", "paper", "--threads", "1", "--no-videos", "--no-evaluate", "--out", "trained")
@@ -107,8 +108,11 @@ def _designed(home: Path) -> None:
 
 def _unfinished(home: Path) -> None:
     """Leave a run that was killed while its design was being made."""
-    process = start(home, _DESIGN)
+    process, began_s = start(home, _DESIGN), time.monotonic()
     while not (list(home.glob("runs/*/designs/1/01/robot.xml")) or process.poll() is not None):
+        if time.monotonic() - began_s > WALL_S:
+            end(process)
+            raise TimeoutError(f"no robot was written within {WALL_S:.0f} s")
         time.sleep(0.05)
     end(process)
     process.communicate()
@@ -174,7 +178,8 @@ def _undisturbed(place: Path, command: Command) -> dict[str, Any]:
     whole = Path(shutil.copytree(home, place / "whole"))
     ended = run(whole, *_named(whole, *command.words))
     assert ended.code in (0, 1), (command.words, ended)
-    return {"home": home, "result": command.result(whole, ended), "wall_s": ended.wall_s, "code": ended.code}
+    result, files = command.result(whole, ended), contents(whole)
+    return {"home": home, "result": result, "files": files, "wall_s": ended.wall_s, "code": ended.code}
 
 
 def _attempt(place: Path, name: str, command: Command, whom: str, part: float, made: dict[str, Any]) -> Outcome:
@@ -183,7 +188,8 @@ def _attempt(place: Path, name: str, command: Command, whom: str, part: float, m
     process = start(home, _named(home, *command.words))
     began_s = time.monotonic()
     killed = 0
-    while process.poll() is None and not killed:
+    limit_s = WALL_S + part * made["wall_s"]
+    while process.poll() is None and not killed and time.monotonic() - began_s < limit_s:
         if time.monotonic() - began_s < part * made["wall_s"]:
             time.sleep(0.02)
         elif whom == "parent":
@@ -192,18 +198,23 @@ def _attempt(place: Path, name: str, command: Command, whom: str, part: float, m
         else:
             killed = _kill_workers(process.pid)
             time.sleep(0.05)
-    out, error = process.communicate()
+    try:
+        out, error = process.communicate(timeout=max(1.0, limit_s - (time.monotonic() - began_s)))
+    except subprocess.TimeoutExpired:
+        outcome.hang = f"no end after {time.monotonic() - began_s:.0f} s"
+        end(process)
+        out, error = process.communicate()
     before = contents(home)
-    outcome.notes = {"killed": killed, "code": process.returncode}
+    outcome.notes = {"killed": killed, "code": process.returncode, "compared": True}
     ended = Ended(process.returncode, out, error, 0.0, time.monotonic() - began_s)
     if whom == "parent" or process.returncode not in (0, 1):
         ended = run(home, *command.again(home))
         outcome.notes["again"] = ended.code
         hang, outcome.failed = ended.problem()
-        outcome.hang = hang if ended.code is None else ""  # the work itself may take longer than the limit
+        outcome.hang = outcome.hang or (hang if ended.code is None else "")  # the work may take longer than the limit
     elif "Traceback" in out + error:
         outcome.failed = f"traceback: {error[-200:]}"
-    outcome.lost = _lost(before, contents(home))
+    outcome.lost = lost(before, contents(home), made["files"])
     result = command.result(home, ended)
     if result == "resumed":
         outcome.notes["resumed"] = True
@@ -223,21 +234,30 @@ def _kill_workers(pid: int) -> int:
     return len(found)
 
 
-_REWRITTEN = ("summary.html", "events.jsonl", "run.log", "report")
+_REWRITTEN = ("summary.html", "events.jsonl", "curve.csv", "run.log", "report")
 """Beginnings of the names of files that are computed again or grow."""
 
 
-def _lost(before: dict[str, str], after: dict[str, str]) -> str:
-    """Return at most five finished files of a run, study or training that are missing after the command went on."""
-    gone = [
-        name
+def lost(before: dict[str, str], after: dict[str, str], undisturbed: dict[str, str]) -> str:
+    """Return at most five finished files of a run, study or training that are missing or damaged afterwards.
+
+    A file is damaged if it has changed, unless the undisturbed command leaves it like that.
+
+    Args:
+        before: Hashes of the files after the kill.
+        after: Hashes after the command went on.
+        undisturbed: Hashes after the undisturbed command.
+    """
+    gone = [name for name in before if name not in after and _is_kept(name)]
+    damaged = [
+        f"{name} (damaged)"
         for name in before
-        if name not in after
-        and "/." not in f"/{name}"
-        and "checkpoint" not in name
-        and ".tmp" not in name
-        and "unfinished" not in name
-        and "/jobs/" not in name
+        if name in after and after[name] not in (before[name], undisturbed.get(name)) and _is_kept(name)
     ]
-    kept = [name for name in gone if not name.rpartition("/")[2].startswith(_REWRITTEN)]
-    return ", ".join(kept[:5])
+    return ", ".join([*gone, *damaged][:5])
+
+
+def _is_kept(name: str) -> bool:
+    """Return whether a file stays as it is once it is written."""
+    temporary = any(part in name for part in ("checkpoint", ".tmp", "unfinished", "/jobs/"))
+    return not temporary and "/." not in f"/{name}" and not name.rpartition("/")[2].startswith(_REWRITTEN)

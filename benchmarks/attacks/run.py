@@ -57,8 +57,8 @@ def main() -> None:
         if name in rows or options.write_only:
             continue
         outcome = _made(attempt)
-        if outcome.notes.get("killed") == 0:  # the command ended before it could be killed; the next run tries again
-            continue
+        if outcome.notes.get("killed") == 0 and not outcome.hang:
+            continue  # the command ended before it could be killed; the next run tries again
         rows[name] = {"try": name, **outcome.row(), "commit": commit()}
         with RESULTS.open("a", encoding="utf-8") as file:
             file.write(json.dumps(rows[name]) + "\n")
@@ -130,6 +130,7 @@ def page(rows: list[dict[str, Any]], planned: int) -> str:
         f"killed and continued may take as long as its work. {resumed} trainings killed while learning resumed,",
         "and their `training.json` says so: such a policy is another than that of an undisturbed training.\n",
     ]
+    lines += _blind(rows)
     failed = [row for row in rows if not row["survived"]]
     lines += ["## What did not survive\n", *(f"- {_problem(row)}" for row in failed)] if failed else []
     replies = [row for row in rows if row["try"].startswith("reply: ")]
@@ -140,6 +141,19 @@ def page(rows: list[dict[str, Any]], planned: int) -> str:
             "Designer's question, so that nothing behind it met them.\n"
         )
     return "\n".join(lines)
+
+
+def _blind(rows: list[dict[str, Any]]) -> list[str]:
+    """Return a paragraph on the tries that could not see a read or damage; empty if all could."""
+    unread = sum(row["attack"] == "documents" and row["notes"].get("reads") != "watched" for row in rows)
+    uncompared = sum(row["name"].endswith("%") and not row["notes"].get("compared") for row in rows)
+    if not unread + uncompared:
+        return []
+    return [
+        f"{unread} tries with documents did not see reads of foreign files, only changes (an earlier program, or a",
+        f"file system without times of access). {uncompared} kills compared results, but of other files saw only",
+        "whether they were missing, not whether they were damaged (an earlier program).\n",
+    ]
 
 
 def _problem(row: dict[str, Any]) -> str:

@@ -24,11 +24,12 @@ from benchmarks.cheats.bodies import CHEATS, Cheat
 from benchmarks.cheats.honest import FOUND
 from benchmarks.cheats.parts import Player
 from benchmarks.cheats.playing import is_own, place, play, rules
-from benchmarks.cheats.wins import BEFORE, commit, fingerprint, read_rows
+from benchmarks.cheats.wins import BEFORE, fingerprint, read_rows
 
 from aidsr import validate
 from aidsr.core.artifacts import PlausibilityCheck, ValidationReport
 from aidsr.core.errors import MjcfError, UserError
+from aidsr.core.provenance import commit
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.evaluation import evaluate
 from aidsr.tasks import BENCHMARK_VERSION, TASKS, Task, is_current, load_task
@@ -83,7 +84,7 @@ def main() -> None:
 
 
 def key(row: Row) -> tuple[str, str, str]:
-    """Return the key of a cell: body, fingerprint of the body, and task."""
+    """Return the key of a cell: body, its fingerprint, and task."""
     return row["body"], row["sha256"], row["task"]
 
 
@@ -210,10 +211,14 @@ def _head(rows: Sequence[Row]) -> list[str]:
 def _honest() -> list[str]:
     found = read_rows(FOUND)
     refused = sum(bool(row["refused_by"]) for row in found)
+    faulty = [row for row in found if row["physics"]]
+    tasks = ", ".join(sorted({row["task"] for row in faulty}))
+    told = f" ({tasks}: {', '.join(sorted({code for row in faulty for code in row['physics']}))})" if faulty else ""
     commits = ", ".join(sorted({row["commit"] for row in found}))
     return [
-        f"Of {len(found)} built-in designs, the first of each task and seed, {refused} are refused by the same rules "
-        f"and by the checks that need no episode (`python -m benchmarks.cheats.honest`, commit {commits})."
+        f"Of {len(found)} built-in designs, the first of each task and seed, {refused} are refused as out of "
+        f"scope or by a check that needs no episode, and {len(faulty)} by the validator for their physics, before any "
+        f"repair{told} (`python -m benchmarks.cheats.honest`, commit {commits})."
     ]
 
 

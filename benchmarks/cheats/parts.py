@@ -8,6 +8,7 @@ from fnmatch import fnmatch
 from typing import Self
 
 import numpy as np
+from benchmarks.episode_clock import EpisodeClock
 from numpy.typing import NDArray
 
 from aidsr.learn.episodes.scene import TaskScene
@@ -156,32 +157,22 @@ def then(first: Commands, start_s: float, later: Commands) -> Rule:
 
 
 class Player:
-    """Policy that plays a rule on the episodes of a scene.
-
-    When the very first observations appear again, the episodes are being played again, and a new rule is made.
-    """
+    """Policy that plays a rule on the episodes of a scene; a new rule each time that they begin."""
 
     def __init__(self, scene: TaskScene, make: MakeRule) -> None:
         self._scene, self._make = scene, make
-        self._rule, self._steps = make(), 0
-        self._first: NDArray[np.floating] | None = None
-        self._at_first = False
+        self._rule, self._clock = make(), EpisodeClock(scene.task)
 
     def act(self, observation: NDArray[np.floating]) -> FloatArray:
         """Return the next actions, (n, k)."""
-        if self._first is None:
-            self._first = observation.copy()
-        at_first = np.array_equal(observation, self._first)
-        if at_first and not self._at_first:
-            self._steps, self._rule = 0, self._make()
-        self._at_first = at_first
+        if self._clock.tick(observation):
+            self._rule = self._make()
         task, groups = self._scene.task, self._scene.actions.groups
         features = sum(feature.size for feature in task.features)
         seen = np.asarray(observation[:, -features:], dtype=np.float64)
         action = np.tile(self._scene.actions.rest, (len(seen), 1))
-        for pattern, value in self._rule(self._steps * task.control_dt_s, seen).items():
+        for pattern, value in self._rule(self._clock.time_s, seen).items():
             for index, group in enumerate(groups):
                 if fnmatch(group.actuators[0].removeprefix("robot/"), pattern):
                     action[:, index] = value
-        self._steps += 1
         return action

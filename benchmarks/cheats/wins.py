@@ -11,17 +11,21 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
-import subprocess
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from benchmarks.cheats.bodies import CHEATS, Cheat
 from benchmarks.cheats.parts import Player
 from benchmarks.cheats.playing import place
 
 from aidsr import validate
+from aidsr.core.provenance import commit
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.evaluation import LEAST_EPISODES, evaluate
+from aidsr.mjcf.read import parse_document
 from aidsr.tasks import BENCHMARK_VERSION, load_task
 
 HERE = Path(__file__).parent
@@ -48,20 +52,33 @@ def read_rows(path: Path) -> list[Row]:
     return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()] if path.exists() else []
 
 
+@cache
 def fingerprint(cheat: Cheat) -> str:
-    """Return a short hash of the body's MJCF. It does not cover the rule, the offset and the edit of the scene."""
-    return hashlib.sha256(cheat.mjcf.encode()).hexdigest()[:12]
+    """Return a short hash of all that a verdict depends on: MJCF, part, offset, rule and edit of the scene."""
+    parts = (cheat.mjcf, cheat.part, repr(cheat.offset_m), _commands(cheat), _edits(cheat))
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:12]
 
 
-def commit() -> str:
-    """Return the commit of the running code."""
-    import aidsr
-
-    home = Path(aidsr.__file__).parent
-    found = subprocess.run(
-        ["git", "-C", str(home), "rev-parse", "--short", "HEAD"], check=True, capture_output=True, text=True
+def _commands(cheat: Cheat) -> str:
+    """Return the commands of the body's rule, as text, at 300 times of two episodes with random features."""
+    rule, width = cheat.rule(), sum(feature.size for feature in load_task(cheat.task).features)
+    seen = np.random.default_rng(0).uniform(-1.0, 1.0, (300, 2, width))
+    return "\n".join(
+        f"{name} {np.round(value, 6) + 0.0}"  # no negative zeros
+        for step, features in enumerate(seen)
+        for name, value in sorted(rule(step * 0.1, features).items())
     )
-    return found.stdout.strip()
+
+
+def _edits(cheat: Cheat) -> str:
+    """Return the elements of the scene that the body's edit makes or changes, as text."""
+    if cheat.edit is None:
+        return ""
+    scenes = (place(one, load_task(cheat.task)) for one in (replace(cheat, edit=None), cheat))
+    plain, edited = (
+        {f"{each.tag} {sorted(each.attrib.items())}" for each in parse_document(mjcf).root.iter()} for mjcf in scenes
+    )
+    return "\n".join(sorted(plain ^ edited))
 
 
 def win(cheat: Cheat) -> Row:

@@ -4,7 +4,7 @@
     python benchmarks/fabrication/run.py 'build/builtin-300000/runs/builtin/*/2' --jobs 2 --policy
 
 Exports every approved design below a folder of runs or studies, or below all folders that match a pattern. Exports that
-exist are kept, so that a stopped command can be continued.
+exist are kept, if they were made with the same options, so that a stopped command can be continued.
 """
 
 from __future__ import annotations
@@ -32,6 +32,8 @@ from aidsr.runs import DesignFolder, Run
 from aidsr.runs.trainings import trainings_of
 
 Row = dict[str, Any]
+MADE = "made.json"
+"""File in an export with the settings that it was made with and the time it took."""
 
 
 def main() -> None:
@@ -71,19 +73,21 @@ def approved(runs: str) -> list[Path]:
 
 
 def _row(design: Path, out: Path, printer: str, material: str | None, policy: bool) -> Row:
-    """Export one design, unless its export exists, and return its row of the table."""
+    """Export one design, unless an export with the same settings exists, and return its row of the table."""
     run = design.parent.parent
     folder = out / f"{run.name}_{design.name}"
     concept = json.loads(sorted(design.glob("*/concept.json"))[-1].read_text())
     row = {"design": folder.name, "task": Run(run).brief().task, "family": concept["family"]}
-    if not (folder / MARK).exists():
-        trained = any(one.result.path.exists() for one in trainings_of(DesignFolder(design)))
+    trained = any(one.result.path.exists() for one in trainings_of(DesignFolder(design)))
+    settings = {"printer": printer, "material": material, "policy": policy and trained}
+    if not exported_with(folder, settings):
         began = time.monotonic()
         try:
             export(design, folder, printer=printer, material=material, policy=policy and trained)
         except AidsrError as error:
             return row | {"verdict": "not exported", "errors": [str(error)], "warnings": []}
-        (folder / "took_s.txt").write_text(f"{time.monotonic() - began:.1f}\n")
+        made = {"settings": settings, "took_s": round(time.monotonic() - began, 1)}
+        (folder / MADE).write_text(json.dumps(made) + "\n")
     verdict = json.loads((folder / MARK).read_text())
     retest, reasons = verdict["retest"], [(fault["severity"], fault["code"]) for fault in verdict["reasons"]]
     return row | {
@@ -95,8 +99,14 @@ def _row(design: Path, out: Path, printer: str, material: str | None, policy: bo
         "reach_ratio": round(retest["reach_m"] / retest["designed_reach_m"], 3),
         "success": [retest["designed_success_share"], retest["success_share"]],
         "cost_usd": verdict["cost_usd"],
-        "took_s": float((folder / "took_s.txt").read_text()) if (folder / "took_s.txt").exists() else None,
+        "took_s": json.loads((folder / MADE).read_text())["took_s"],
     }
+
+
+def exported_with(folder: Path, settings: dict[str, Any]) -> bool:
+    """Return whether a folder holds an export that was made with these settings."""
+    made = folder / MADE
+    return (folder / MARK).exists() and made.exists() and bool(json.loads(made.read_text())["settings"] == settings)
 
 
 def account(rows: Sequence[Row], command: str) -> str:

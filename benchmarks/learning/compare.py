@@ -16,7 +16,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +26,7 @@ from typing import Literal, get_args
 import numpy as np
 import torch
 from benchmarks.learning.suite import Half, SuiteScene, suite
+from benchmarks.rows import append_row, read_rows
 from numpy.typing import NDArray
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
@@ -110,14 +111,17 @@ def main() -> None:
             for way in asked.ways:
                 if asked.scenes and scene.name not in asked.scenes:
                     continue
-                if not any(_same(row, scene, way, seed, asked.steps) for row in rows_of(asked.out)):
+                if not any(_same(row, scene, way, seed, asked.steps) for row in read_rows(asked.out, Row)):
                     _note(asked.out, learn(scene, way, seed, asked.steps))
 
 
-def rows_of(path: Path) -> list[Row]:
-    """Return the rows of a file, none if there is no file."""
-    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-    return [Row.model_validate_json(line) for line in lines]
+def newest(rows: Iterable[Row], protocol: Way, steps: int) -> dict[str, Row]:
+    """Return the newest training of each scene with a protocol and budget, if its task has not changed since."""
+    return {
+        row.scene: row
+        for row in rows
+        if (row.protocol, row.steps) == (protocol, steps) and is_current(row.task, row.benchmark_version)
+    }
 
 
 def recipe_now(way: Way) -> Recipe | None:
@@ -132,8 +136,7 @@ def _same(row: Row, scene: SuiteScene, way: Way, seed: int, steps: int) -> bool:
 
 
 def _note(path: Path, row: Row) -> None:
-    with path.open("a", encoding="utf-8") as file:
-        file.write(row.model_dump_json() + "\n")
+    append_row(path, row)
     last = row.curve[-1]
     sys.stdout.write(
         f"{row.scene} {row.protocol} {row.seed}: {last.success:.0%}, progress {last.progress:.2f}, "

@@ -15,7 +15,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.learning.compare import RESULTS as SUITE
-from benchmarks.learning.compare import rows_of
+from benchmarks.learning.compare import Row, newest
+from benchmarks.rows import read_rows
 
 from aidsr.core.artifacts import SUCCESSFUL_SHARE, Artifact
 from aidsr.core.rates import Rate
@@ -23,6 +24,8 @@ from aidsr.learn.rl.recipe import HOPELESS_AFTER
 from aidsr.runs.trainings import Training, read_curve
 
 RESULTS = Path(__file__).with_name("hopeless.jsonl")
+_STEPS = 60_000
+"""Budget of the counted trainings of the suite [control steps]."""
 
 
 class Ended(Artifact):
@@ -50,20 +53,22 @@ def main() -> None:
         if ended is not None and ended.scene_sha256 not in {each.scene_sha256 for each in known}:
             known.append(ended)
     RESULTS.write_text("".join(each.model_dump_json() + "\n" for each in known), encoding="utf-8")
-    suite = [
-        (next((point.steps for point in row.curve if point.success > 0), None), row.steps, row.curve[-1].success)
-        for row in rows_of(SUITE)
-        if row.protocol == "best"
-    ]
-    sys.stdout.write(f"suite: {told(suite)}\n")
+    sys.stdout.write(f"suite: {told(suite_trainings(read_rows(SUITE, Row)))}\n")
     others = [(each.first_won, each.steps, each.success_share) for each in known]
     sys.stdout.write(f"designs of benchmarks.teams: {told(others)}\n")
 
 
+def suite_trainings(rows: Sequence[Row]) -> list[tuple[int | None, int, float]]:
+    """Return first success, budget and final success share of the newest training of each scene of the suite."""
+    return [
+        (next((point.steps for point in row.curve if point.success > 0), None), row.steps, row.curve[-1].success)
+        for row in newest(rows, "best", _STEPS).values()
+    ]
+
+
 def kept() -> list[Ended]:
     """Return the recorded trainings."""
-    lines = RESULTS.read_text(encoding="utf-8").splitlines() if RESULTS.exists() else []
-    return [Ended.model_validate_json(line) for line in lines]
+    return read_rows(RESULTS, Ended)
 
 
 def ended_in(training: Training) -> Ended | None:

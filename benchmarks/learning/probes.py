@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 
 from benchmarks.learning.suite import suite
+from benchmarks.rows import append_row, read_rows
 
 from aidsr.core.artifacts import Artifact
 from aidsr.core.provenance import commit
@@ -53,18 +54,15 @@ def main() -> None:
             benchmark_version=BENCHMARK_VERSION,
             commit=commit(),
         )
-        with PROBES.open("a", encoding="utf-8") as file:
-            file.write(probe.model_dump_json() + "\n")
+        append_row(PROBES, probe)
         sys.stdout.write(f"{probe.scene}: some motion {probe.some_motion}, one motion {probe.one_motion} of 4\n")
         sys.stdout.flush()
 
 
 def probes_of(path: Path) -> dict[str, Probe]:
     """Return the recorded probes that hold for the present version of the benchmark, by scene."""
-    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-    probes = [Probe.model_validate_json(line) for line in lines]
     tasks = {scene.name: scene.task for scene in suite()}
-    known = [probe for probe in probes if probe.scene in tasks]
+    known = [probe for probe in read_rows(path, Probe) if probe.scene in tasks]
     return {probe.scene: probe for probe in known if is_current(tasks[probe.scene], probe.benchmark_version)}
 
 

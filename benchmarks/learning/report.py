@@ -11,9 +11,10 @@ from math import inf
 from pathlib import Path
 from statistics import fmean, median_high
 
-from benchmarks.learning.compare import EPISODES, RESULTS, WAYS, Point, Row, recipe_now, rows_of
+from benchmarks.learning.compare import EPISODES, RESULTS, WAYS, Point, Row, Way, recipe_now
 from benchmarks.learning.probes import PROBES, VARIATIONS, Probe, probes_of
 from benchmarks.learning.suite import Half
+from benchmarks.rows import read_rows
 
 from aidsr.core.artifacts import SUCCESSFUL_SHARE
 
@@ -26,7 +27,7 @@ def main() -> None:
     """Write the page and the picture of the curves."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rows", type=Path, default=RESULTS)
-    rows = rows_of(parser.parse_args().rows)
+    rows = read_rows(parser.parse_args().rows, Row)
     page = RESULTS.with_suffix(".md")
     page.write_text(page_of(rows, probes_of(PROBES)), encoding="utf-8")
     page.with_name("results-curves.svg").write_text(curves(rows), encoding="utf-8")
@@ -66,7 +67,7 @@ def page_of(rows: Sequence[Row], probes: Mapping[str, Probe]) -> str:
 
 
 def _half(rows: Sequence[Row], probes: Mapping[str, Probe], half: Half) -> list[str]:
-    mine = {(row.scene, row.seed, row.protocol): row for row in rows if row.half == half}
+    mine = {key: row for key, row in _newest(rows).items() if row.half == half}
     both = sorted({key[:2] for key in mine if (*key[:2], "paper") in mine and (*key[:2], "best") in mine})
     titles = " | ".join(f"{way}: success (progress) | to 50 %" for way in WAYS)
     lines = [
@@ -83,6 +84,11 @@ def _half(rows: Sequence[Row], probes: Mapping[str, Probe], half: Half) -> list[
         own = [mine[name, seed, way] for name, seed in both if (name, seed, way) in mine]
         lines += ["", f"{way}: {_summary(own)}"]
     return [*lines, "", _winnable([mine[name, seed, "best"] for name, seed in both], probes)]
+
+
+def _newest(rows: Sequence[Row]) -> dict[tuple[str, int, Way], Row]:
+    """Return the newest training of each scene, seed and protocol."""
+    return {(row.scene, row.seed, row.protocol): row for row in rows}
 
 
 def _winnable(best: Sequence[Row], probes: Mapping[str, Probe]) -> str:
@@ -126,7 +132,12 @@ def _summary(rows: Sequence[Row]) -> str:
 
 
 def curves(rows: Sequence[Row]) -> str:
-    """Return success over processor seconds as an SVG picture with one small panel per scene."""
+    """Return success over processor seconds as an SVG picture with one small panel per scene.
+
+    Args:
+        rows: Trainings; of several rows of the same training the last counts.
+    """
+    rows = list(_newest(rows).values())
     scenes = sorted({(row.half != "decide", row.scene) for row in rows})
     width, height, across = 220, 120, 4
     down = -(-len(scenes) // across)

@@ -3,13 +3,16 @@
     aidsr design --task button_pushing --model manual:desk --runs runs --seed 1     # and somebody answers
     python benchmarks/manual/table.py runs/*
 
-Each run's questions and replies are copied to transcripts/TASK, and each design gets a row in results.md.
+Each run's questions and replies are copied to transcripts/TASK (of further runs of a task to TASK-2, TASK-3 ...), and
+each design gets a row in results.md.
 """
 
 from __future__ import annotations
 
 import argparse
 import shutil
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
@@ -48,8 +51,7 @@ def main() -> None:
     runs = [Run(path) for path in parser.parse_args().runs]
     rows = [row for run in runs for row in rows_of(run)]
     (HERE / "results.md").write_text(table(rows), encoding="utf-8")
-    for run in runs:
-        _keep_transcript(run)
+    keep_transcripts(runs, HERE / "transcripts")
 
 
 def rows_of(run: Run) -> list[Row]:
@@ -130,15 +132,26 @@ def _share(rows: list[Row], name: str) -> str:
     return f"{sum(getattr(row, name) for row in rows)} of {len(rows)}"
 
 
-def _keep_transcript(run: Run) -> None:
-    """Copy a run's questions and replies from its exchange directory to transcripts/TASK beside this program."""
-    record = run.asked()
-    desk = Path(record.config.model.partition(":")[2])
-    home = HERE / "transcripts" / (record.task or "own").rpartition("/")[2]
-    shutil.rmtree(home, ignore_errors=True)
-    home.mkdir(parents=True)
-    for file in sorted(desk.glob("[0-9]*.*.md")):
-        shutil.copy(file, home / file.name)
+def keep_transcripts(runs: Sequence[Run], home: Path) -> None:
+    """Copy the questions and replies of runs from their exchange directories, in place of earlier ones of these tasks.
+
+    Args:
+        runs: The runs. The first of a task is copied to TASK, the others to TASK-2, TASK-3 ...
+        home: Folder of the copies.
+    """
+    counts = Counter[str]()
+    for run in runs:
+        record = run.asked()
+        task = (record.task or "own").rpartition("/")[2]
+        counts[task] += 1
+        if counts[task] == 1:
+            for earlier in (home / task, *home.glob(f"{task}-[0-9]*")):
+                shutil.rmtree(earlier, ignore_errors=True)
+        folder = home / (task if counts[task] == 1 else f"{task}-{counts[task]}")
+        folder.mkdir(parents=True)
+        desk = Path(record.config.model.partition(":")[2])
+        for file in sorted(desk.glob("[0-9]*.*.md")):
+            shutil.copy(file, folder / file.name)
 
 
 if __name__ == "__main__":

@@ -23,6 +23,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
+from benchmarks.rows import read_rows
 
 from aidsr.core.artifacts import ActuatorGroup, Artifact, Brief, Concept
 from aidsr.core.errors import IsolationError, MjcfError
@@ -90,8 +91,7 @@ class Rows:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-        self.kept = [Row.model_validate_json(line) for line in lines]
+        self.kept = read_rows(path, Row)
 
     def of(self, arm: str, task: str) -> list[Row]:
         """Return the rows of an arm for a task, by number."""
@@ -137,7 +137,7 @@ def search(rows: Rows, arm: str, task: str, scenes: int) -> None:
             value(brief, concept)
     except _EnoughError:
         pass
-    best = max(rows.of(arm, task), key=lambda row: row.progress)
+    best = max((row for row in rows.of(arm, task) if row.number in concepts), key=lambda row: row.progress)
     if best.again is None:
         rows.add(best.model_copy(update={"again": _tried(brief, concepts[best.number], first_seed=SEEDS)}))
 

@@ -13,6 +13,8 @@ import sys
 from pathlib import Path
 from statistics import fmean
 
+from benchmarks.rows import append_row, read_rows
+
 from aidsr.api import find_scene
 from aidsr.core.artifacts import Artifact
 from aidsr.core.provenance import commit
@@ -42,21 +44,14 @@ def main() -> None:
     """Try the designs that are missing, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("runs", nargs="*", type=Path, help="run folders")
-    rows = read_rows(RESULTS)
+    rows = read_rows(RESULTS, Row)
     known = {(row.run, row.design) for row in rows}
     for run in map(Run, parser.parse_args().runs):
         for design in run.designs:
             if design.final_scene.path.exists() and (run.name, design.number) not in known:
                 rows.append(row_of(run, design.number))
-                with RESULTS.open("a", encoding="utf-8") as file:
-                    file.write(rows[-1].model_dump_json() + "\n")
+                append_row(RESULTS, rows[-1])
     sys.stdout.write(table(rows))
-
-
-def read_rows(path: Path) -> list[Row]:
-    """Return the rows in a file, none if there is no file."""
-    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-    return [Row.model_validate_json(line) for line in lines]
 
 
 def row_of(run: Run, number: int) -> Row:

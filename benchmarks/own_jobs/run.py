@@ -20,6 +20,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal, get_args
 
+from benchmarks.rows import append_row, read_rows
+
 import aidsr
 from aidsr.core.artifacts import Artifact
 from aidsr.core.formatting import format_cell
@@ -130,11 +132,9 @@ def _sentence(run: Run) -> str:
     return outcome.reason if outcome else ""
 
 
-def read_rows() -> dict[tuple[str, str], Row]:
+def newest_rows() -> dict[tuple[str, str], Row]:
     """Return the newest row of each job and part."""
-    lines = RESULTS.read_text().splitlines() if RESULTS.exists() else []
-    rows = [Row.model_validate_json(line) for line in lines if line.strip()]
-    return {(row.job, row.part): row for row in rows}
+    return {(row.job, row.part): row for row in read_rows(RESULTS, Row)}
 
 
 def page(rows: dict[tuple[str, str], Row]) -> str:
@@ -221,15 +221,14 @@ def main() -> None:
     given = parser.parse_args()
     parts = [(name, part) for name in given.jobs or jobs() for part in get_args(Part) if given.only in (None, part)]
     parts = [(name, part) for name, part in parts if part != "words" or name in BY_WORDS]
-    wanted = [] if given.page else [part for part in parts if given.jobs or part not in read_rows()]
+    wanted = [] if given.page else [part for part in parts if given.jobs or part not in newest_rows()]
     for name, part in wanted:
         with TemporaryDirectory() as folder:
             row = do(name, part, Path(folder))
-        with RESULTS.open("a") as file:
-            file.write(row.model_dump_json() + "\n")
-        line = _compared(name, read_rows()) if part == "words" else _line(name, jobs()[name], read_rows())
+        append_row(RESULTS, row)
+        line = _compared(name, newest_rows()) if part == "words" else _line(name, jobs()[name], newest_rows())
         print(line, flush=True)  # noqa: T201
-    PAGE.write_text(page(read_rows()))
+    PAGE.write_text(page(newest_rows()))
 
 
 if __name__ == "__main__":

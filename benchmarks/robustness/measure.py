@@ -5,7 +5,8 @@
 One built-in design of each task (seed 0) is trained twice with every training seed, once with `randomize`. Each policy
 plays the same held-out variations without and with every kind of perturbation. Policies are kept under build/robustness
 and their results in results.jsonl beside this file, so a stopped run can be continued; results.md is made from
-results.jsonl. Results of different versions of the benchmark cannot share a file: name another one with --out.
+results.jsonl. Results of different versions of the benchmark, or of different protocols, cannot share a file: name
+another one with --out.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from aidsr.core.rates import Rate
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.rl.policy import one_torch_thread
+from aidsr.learn.rl.recipe import PROTOCOLS, Protocol
 from aidsr.learn.rl.robustness import SUMMARIES, perturbed_episodes
 from aidsr.learn.rl.trained import FinishedTraining
 from aidsr.runs.files import replace_file
@@ -41,6 +43,9 @@ class Row(Artifact):
     seed: int
     steps: int
     """Budget of control steps."""
+    protocol: Protocol
+    """Protocol of the training. Rows of commits 5de0002 and 6381331100bb were made before there were protocols, with
+    today's recipe of `paper`."""
     trained_steps: int
     training_s: float
     won: int
@@ -57,6 +62,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--tasks", nargs="+", default=TASKS)
     parser.add_argument("--steps", type=int, default=100_000, help="control steps of each training")
+    parser.add_argument("--protocol", choices=tuple(PROTOCOLS), default="paper", help="%(default)s unless named")
     parser.add_argument("--seeds", type=int, default=1, help="trainings of each kind")
     parser.add_argument("--episodes", type=int, default=50, help="held-out variations")
     parser.add_argument("--threads", type=int, default=0, help="native threads; 0 takes all processors")
@@ -67,12 +73,14 @@ def main() -> None:
     rows = read(raw)
     if not all(is_current(row.task, row.benchmark_version) for row in rows):
         sys.exit(f"{raw} is of another version of the benchmark than {BENCHMARK_VERSION}; name another file with --out")
+    if any(row.protocol != args.protocol for row in rows):
+        sys.exit(f"{raw} holds trainings with another protocol than {args.protocol}; name another file with --out")
     for seed in range(args.seeds):
         for task in args.tasks:
             for randomize in (False, True):
-                case = (task, randomize, seed, args.steps)
-                if case not in [(row.task, row.randomize, row.seed, row.steps) for row in rows]:
-                    rows.append(measured(*case, args.episodes, args.threads, args.folder))
+                case = (task, randomize, seed, args.steps, args.episodes)
+                if case not in [(row.task, row.randomize, row.seed, row.steps, row.episodes) for row in rows]:
+                    rows.append(measured(*case, args.protocol, args.threads, args.folder))
                     replace_file(raw, "".join(row.model_dump_json() + "\n" for row in rows).encode())
                     replace_file(args.out.with_suffix(".md"), page(rows).encode())
 
@@ -83,13 +91,24 @@ def read(raw: Path) -> list[Row]:
     return [Row.model_validate_json(line) for line in lines]
 
 
-def measured(task: str, randomize: bool, seed: int, steps: int, episodes: int, threads: int, folder: Path) -> Row:
+def measured(
+    task: str,
+    randomize: bool,
+    seed: int,
+    steps: int,
+    episodes: int,
+    protocol: Protocol,
+    threads: int,
+    folder: Path,
+) -> Row:
     """Train a policy, play the held-out variations without and with perturbations, and return the row."""
     home = folder / task
     made = sorted(home.glob("*/designs/1/final.xml"))
     design = made[0].parent if made else aidsr.design(task=task, concepts=1, seed=DESIGN_SEED, runs=home).design(1).path
-    out = home / f"{steps}-{'randomized' if randomize else 'nominal'}"
-    training = aidsr.train(design, steps=steps, seed=seed, out=out, randomize=randomize, threads=threads)
+    out = home / f"{protocol}-{steps}-{'randomized' if randomize else 'nominal'}"
+    training = aidsr.train(
+        design, steps=steps, seed=seed, out=out, protocol=protocol, randomize=randomize, threads=threads
+    )
     trained = FinishedTraining.load(training.path)
     scene = trained.scene
     variations = [scene.task.variation("held_out", index) for index in range(episodes)]
@@ -108,6 +127,7 @@ def measured(task: str, randomize: bool, seed: int, steps: int, episodes: int, t
         randomize=randomize,
         seed=seed,
         steps=steps,
+        protocol=protocol,
         trained_steps=trained.result.steps,
         training_s=trained.result.wall_s,
         won=int(nominal.success.sum()),
@@ -124,13 +144,17 @@ def measured(task: str, randomize: bool, seed: int, steps: int, episodes: int, t
 
 def page(rows: Sequence[Row]) -> str:
     """Return the page as Markdown, with a table for each task."""
-    commits = ", ".join(sorted({row.commit for row in rows}))
+    commits, protocols, steps, episodes = (
+        ", ".join(map(str, sorted({getattr(row, name) for row in rows})))
+        for name in ("commit", "protocol", "steps", "episodes")
+    )
     parts = [
         "# Robustness of policies",
-        f"Made by `python benchmarks/robustness/measure.py --seeds {max(row.seed for row in rows) + 1}` at commit "
-        f"{commits}, MuJoCo {rows[0].mujoco}, version {rows[0].benchmark_version} of the benchmark. For each task the "
-        f"built-in team's first design of seed {DESIGN_SEED}, trained without and with `randomize`; what has no column "
-        "was not measured. Each cell: held-out episodes won, their Wilson interval at 95 %, and what that keeps of the "
+        f"Made by `python benchmarks/robustness/measure.py --protocol {protocols} --steps {steps} "
+        f"--episodes {episodes} --seeds {max(row.seed for row in rows) + 1}` at commit {commits}, MuJoCo "
+        f"{rows[0].mujoco}, version {rows[0].benchmark_version} of the benchmark. For each task the built-in team's "
+        f"first design of seed {DESIGN_SEED}, trained without and with `randomize`; what has no column was not "
+        "measured. Each cell: held-out episodes won, their Wilson interval at 95 %, and what that keeps of the "
         "episodes won in the model. [What differs](../../docs/learning.md#robustness).",
     ]
     for task in dict.fromkeys(row.task for row in rows):

@@ -198,6 +198,8 @@ POLICIES: dict[str, Callable[[TaskScene, str, int, int], Measured]] = {
 }
 """The policies by their names in the table. Each takes a scene, its name, the number of held-out episodes, and the
 number of threads."""
+UNTRAINED = tuple(name for name in POLICIES if name != "rule")
+"""Policies that nobody wrote for the task."""
 
 
 def _choose(scene: TaskScene, candidates: Sequence[Candidate], threads: int) -> tuple[Candidate, int, int]:

@@ -25,7 +25,7 @@ from pathlib import Path
 from statistics import fmean
 from typing import Literal
 
-from benchmarks.tasks.floors import CONSTANTS, measure
+from benchmarks.tasks.floors import CONSTANTS, UNTRAINED, measure
 
 from aidsr import validate
 from aidsr.api import find_scene
@@ -43,21 +43,20 @@ from aidsr.runs import Run, read_status
 from aidsr.runs.files import replace_file
 from aidsr.runs.folders import DesignFolder
 from aidsr.runs.trainings import Training
+from aidsr.studies.tables import PAPER
 from aidsr.tasks import BENCHMARK_VERSION, is_current
 from aidsr.teams.providers.manual import prompts_directory
 
 HOME = Path(__file__).parent
 RESULTS = HOME / "results.jsonl"
 FLOORS = HOME / "floors.jsonl"
-UNTRAINED = ("idle", "constant", "random 25 Hz", "random 0.5 s")
-"""Untrained policies of `benchmarks.tasks.floors`."""
 FLOOR_EPISODES = 20
 FIRST_EPISODES = 20
 """Number of held-out episodes that are played first, with the evaluation's checks and the perturbed scenes."""
 FEWEST_WON = 3
 """Successes in these episodes that are needed for the other 80 to be played. A policy that wins every second episode
 has fewer successes once in five thousand times."""
-PAPER_TOKENS_A_SUCCESS = 151_000 / 0.267
+PAPER_TOKENS_A_SUCCESS = PAPER.tokens / PAPER.successful
 """Tokens per successful design. Source: the AID-SR paper, 151,000 tokens per design, 26.7 % successful."""
 UNVALIDATED: tuple[Method, ...] = ("direct", "no_validation", "no_feedback")
 """Methods that approve every robot as it was written; this program validates their robots."""

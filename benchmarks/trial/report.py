@@ -16,7 +16,8 @@ from pathlib import Path
 import numpy as np
 from benchmarks.learning.hopeless import kept as ended_trainings
 from benchmarks.learning.suite import Half
-from benchmarks.trial.run import RESULTS, STEPS, Row, kept, rows_of, taken_over
+from benchmarks.rows import read_rows
+from benchmarks.trial.run import RESULTS, STEPS, Row, kept, taken_over
 from benchmarks.trial.scenes import trained_by_teams
 
 from aidsr.core.artifacts import SUCCESSFUL_SHARE
@@ -33,7 +34,7 @@ def main() -> None:
     """Write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rows", type=Path, default=RESULTS)
-    rows = rows_of(parser.parse_args().rows)
+    rows = read_rows(parser.parse_args().rows, Row)
     page = page_of(rows, trained_success(rows)) + "\n" + training_page(short_trainings(rows))
     RESULTS.with_suffix(".md").write_text(page, encoding="utf-8")
 

@@ -25,6 +25,7 @@ import numpy as np
 from benchmarks.validator.corpus.keeping import load_or_make
 from benchmarks.validator.corpus.plans import PLANS
 from benchmarks.validator.corpus.specimen import Split
+from benchmarks.validator.report import WARNED
 
 from aidsr.core.artifacts import Fault, ValidationReport
 from aidsr.fixes import FIXES, fix
@@ -36,7 +37,6 @@ from aidsr.validation.rules_page import EXAMPLE_ARM
 _HERE = Path(__file__).parent
 _ROUNDS = 4
 """Largest number of times that fixes are applied while the fault remains: milder fixes come first."""
-_WARNED = ("tendon_skips_segments", "tendon_slack", "thin_wall", "cable_shared", "overlap_hidden", "only_opens")
 _FORCE = ("actuator_gear", "actuator_gainprm", "actuator_biasprm", "actuator_ctrlrange", "actuator_forcerange")
 """Numbers that determine the force of an actuator together: a longer range is as good a cure as a larger gear."""
 Outcome = Literal["cured", "not helped", "another error", "passes with the mistake inside"]
@@ -167,7 +167,7 @@ def judge(mistake: Mistake, cured: str) -> tuple[Outcome, str]:
     """Return the outcome of a cure, and the codes of the errors that are left."""
     before, after = (validate(text, **mistake.arguments) for text in (mistake.bad, cured))
     new = _errors(after) - _errors(before)
-    still = mistake.code in {fault.code for fault in (after.faults if mistake.code in _WARNED else after.errors)}
+    still = mistake.code in {fault.code for fault in (after.faults if mistake.code in WARNED else after.errors)}
     left = ", ".join(sorted(_errors(after)))
     if new:
         return "another error", left
@@ -332,7 +332,7 @@ def _counts(title: str, groups: Mapping[str, Sequence[Row]]) -> list[str]:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Try every cure and write `cures.md` and `cures.jsonl`. Results of the other sets of robots are kept."""
-    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--split", choices=list(PLANS), help="bad robots of the corpus instead of the examples")
     parser.add_argument("--processes", type=int, default=2, help="that make the corpus and try cures")
     parser.add_argument("--kept", type=Path, default=Path("build/validator"), help="where made corpora are kept")

@@ -236,7 +236,7 @@ def markdown(rows: Sequence[dict[str, Any]]) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Try the robots that are not in `others.jsonl` yet, and write `others.jsonl` and `others.md`."""
-    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("checkouts", type=Path, help="folder with checkouts as owner/name")
     parser.add_argument("--out", type=Path, default=_HERE, help="folder of others.md and others.jsonl")
     options = parser.parse_args(arguments)

@@ -192,7 +192,7 @@ def _since(begin: tuple[float, float]) -> Spent:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Time some rounds and write `speed.md`."""
-    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument("--out", type=Path, default=_HERE)
     options = parser.parse_args(arguments)

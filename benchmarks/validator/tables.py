@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from aidsr.core.rates import wilson
+
 _HEAD = """# The validator measured on the corpus
 
 Made by `COMMAND`; figures as JSON in `results.json`, what the words mean in `README.md`. The aims, on the
@@ -88,8 +90,8 @@ def _total(kinds: dict[str, dict[str, int]]) -> dict[str, int]:
 def _interval(count: int, total: int) -> str:
     if not total:
         return "none"
-    low, high = _wilson(count, total)
-    return f"{count}, {100 * count / total:.1f} % ({100 * low:.0f} to {100 * high:.0f} %)"
+    found = wilson(count, total)
+    return f"{count}, {100 * count / total:.1f} % ({100 * found.low:.0f} to {100 * found.high:.0f} %)"
 
 
 def _row(code: str, rule: dict[str, Any]) -> str:
@@ -114,16 +116,9 @@ def _percent(share: float) -> str:
 def _share(words: str, count: int, total: int) -> str:
     if not total:
         return f"| {words} | none looked at | |"
-    low, high = _wilson(count, total)
-    return f"| {words} | {count} of {total} ({100 * count / total:.1f} %) | {100 * low:.0f} to {100 * high:.0f} % |"
-
-
-def _wilson(count: int, total: int, z: float = 1.96) -> tuple[float, float]:
-    """Return the interval of a share at 95 %. Source: Wilson (1927), the score interval of a binomial share."""
-    share = count / total
-    middle = (share + z**2 / (2 * total)) / (1 + z**2 / total)
-    half = z / (1 + z**2 / total) * math.sqrt(share * (1 - share) / total + z**2 / (4 * total**2))
-    return max(0.0, middle - half), min(1.0, middle + half)
+    found = wilson(count, total)
+    interval = f"{100 * found.low:.0f} to {100 * found.high:.0f} %"
+    return f"| {words} | {count} of {total} ({100 * count / total:.1f} %) | {interval} |"
 
 
 def _near(rules: dict[str, Any]) -> tuple[int, int]:

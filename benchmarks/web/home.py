@@ -29,7 +29,7 @@ import aidsr
 
 def main() -> None:
     """Measure, and print the results."""
-    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("--runs", type=int, default=200)
     count: int = arguments.parse_args().runs
     with tempfile.TemporaryDirectory() as folder:

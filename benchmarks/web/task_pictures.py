@@ -18,7 +18,7 @@ from aidsr.tasks import load_task, task_names
 
 def main() -> None:
     """Draw the pictures and write them to a folder."""
-    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("folder", type=Path)
     folder: Path = arguments.parse_args().folder
     for name in task_names():

@@ -28,7 +28,7 @@ from aidsr.runs import read_status
 
 def main() -> None:
     """Measure, and print the results."""
-    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("--visits", type=int, default=8)
     visits: int = arguments.parse_args().visits
     with tempfile.TemporaryDirectory() as folder:

@@ -24,7 +24,7 @@ import aidsr
 
 def main() -> None:
     """Measure, and print the results."""
-    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("--seconds", type=float, default=30.0)
     seconds: float = arguments.parse_args().seconds
     with tempfile.TemporaryDirectory() as folder:

@@ -46,3 +46,26 @@ def test_a_traceback_a_late_end_and_an_odd_code_are_problems() -> None:
     assert "processor" in Ended(0, "", "", 25.0, 30.0).problem()[0]
     assert "ValueError" in Ended(1, "", "Traceback (most recent call last):\n x\nValueError: a", 1.0, 1.0).problem()[1]
     assert "exit code 139" in Ended(139, "", "", 1.0, 1.0).problem()[1]
+
+
+def test_a_damaged_file_is_lost_unless_the_undisturbed_command_leaves_it_like_that() -> None:
+    before = {
+        "runs/a/robot.xml": "1",
+        "runs/a/scene.xml": "2",
+        "arm.xml": "3",
+        "runs/a/events.jsonl": "4",
+        "b/.lock": "5",
+    }
+    after = {"runs/a/robot.xml": "other", "arm.xml": "mended", "runs/a/events.jsonl": "longer"}
+    assert kills.lost(before, after, {"arm.xml": "mended"}) == "runs/a/scene.xml, runs/a/robot.xml (damaged)"
+    assert kills.lost(before, before, {}) == ""
+
+
+def test_the_page_says_which_tries_saw_neither_reads_nor_damage() -> None:
+    rows = []
+    for attack, name, notes in (("documents", "a", {"reads": "watched"}), ("kills", "parent of x at 50%", {})):
+        rows.append({"try": name, **Outcome(attack, name, notes=notes).row(), "commit": "abc"})
+    assert "0 tries with documents did not see reads" in page(rows, 2)
+    assert "1 kills compared results" in page(rows, 2)
+    rows[1]["notes"]["compared"] = True
+    assert "did not see reads" not in page(rows, 2)

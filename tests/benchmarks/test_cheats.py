@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
 from benchmarks.cheats.bodies import CHEATS
 from benchmarks.cheats.honest import FOUND, look, refusals
-from benchmarks.cheats.matrix import PAGE, page
+from benchmarks.cheats.matrix import PAGE, current, page
 from benchmarks.cheats.parts import Player, constant
 from benchmarks.cheats.playing import lift_m, place, play
-from benchmarks.cheats.wins import BEFORE, read_rows
+from benchmarks.cheats.wins import BEFORE, fingerprint, read_rows
+from benchmarks.episode_clock import EpisodeClock
 
 from aidsr.core.errors import UserError
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.sim.scope import find_out_of_scope
 from aidsr.sim.structure import read_structure
-from aidsr.tasks import TASKS, TASKS_IN_SAMPLE, load_task
+from aidsr.tasks import TASKS, load_task
 
 BY_NAME = {cheat.name: cheat for cheat in CHEATS}
 
@@ -82,7 +85,7 @@ def test_an_honest_robot_is_not_refused(name):
 
 def test_no_honest_robot_of_the_page_was_refused():
     rows = read_rows(FOUND)
-    assert len(rows) == 5 * len(TASKS_IN_SAMPLE)
+    assert len(rows) == 5 * len(TASKS)
     assert [row for row in rows if row["refused_by"]] == []
 
 
@@ -120,6 +123,28 @@ def test_bodies_for_tasks_that_came_later_win_and_are_not_valid():
         assert "needs_cables" in row["failed_checks"], "by measurement, whatever the validator says of the body"
 
 
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"part": "other"},
+        {"offset_m": (0.0, 0.1, 0.0)},
+        {"rule": lambda: constant({"left": 0.5})},
+        {"edit": lambda root: root.find("option").set("gravity", "0 0 -1")},
+    ],
+    ids=lambda change: next(iter(change)),
+)
+def test_whatever_decides_a_verdict_changes_the_fingerprint(change):
+    cheat = BY_NAME["motor_jaws"]
+    assert fingerprint(replace(cheat)) == fingerprint(cheat)
+    assert fingerprint(replace(cheat, **change)) != fingerprint(cheat)
+
+
+def test_every_cell_is_decided_for_the_bodies_of_today():
+    assert {(row["body"], row["task"]) for row in current()} == {
+        (name, task.rpartition("/")[2]) for name in BY_NAME for task in TASKS
+    }
+
+
 def test_a_body_is_lifted_until_it_stands():
     cheat = BY_NAME["four_wheels"]
     assert lift_m(cheat.mjcf) == pytest.approx(0.0005, abs=1e-4)
@@ -150,6 +175,20 @@ def test_a_player_starts_again_with_episodes_that_start_again():
     names = [group.actuators[0] for group in scene.actions.groups]
     assert action[0, names.index("robot/left")] == 1.0
     assert action[0, names.index("robot/right")] == scene.actions.rest[names.index("robot/right")]
+
+
+def test_a_replay_that_is_not_recognized_is_an_error():
+    task = load_task("simple_grasping")
+    clock, seen = EpisodeClock(task), np.zeros((1, 3))
+    steps = round(task.time_limit_s / task.control_dt_s)
+    assert clock.tick(seen)
+    assert not any(clock.tick(seen + 1.0) for _ in range(steps))
+    assert clock.time_s == pytest.approx(task.time_limit_s)
+    assert clock.tick(seen)
+    assert clock.time_s == 0.0
+    assert not any(clock.tick(seen + 2.0) for _ in range(steps + 1))
+    with pytest.raises(RuntimeError, match="other observations"):
+        clock.tick(seen + 2.0)
 
 
 def test_rigid_jaws_win_by_their_rule_where_nothing_refuses_them():

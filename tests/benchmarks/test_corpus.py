@@ -9,7 +9,7 @@ from benchmarks.validator.corpus.faults import DOCUMENT, INJECTIONS, Injection, 
 from benchmarks.validator.corpus.making import grade_of, make_mistake
 from benchmarks.validator.corpus.physique import Physique
 from benchmarks.validator.corpus.specimen import Specimen
-from benchmarks.validator.corpus.writers import HELD_OUT_WRITERS, TUNING_WRITERS, Writer
+from benchmarks.validator.corpus.writers import ALL_WRITERS, TUNING_WRITERS, Writer
 from benchmarks.validator.corpus.writers.hinges import HingeArms
 from benchmarks.validator.corpus.writers.loops import write_loop
 from benchmarks.validator.oracle import BUILDING_SEVERITIES, SEVERITIES, severity_of
@@ -19,9 +19,7 @@ from aidsr.validation import validate
 ARM = HingeArms(
     Physique(length_m=0.3, segments=6, mass_kg=0.1, radius_m=0.02, sag=0.8, damping_ratio=0.3, bend_rad=1.5)
 )
-BASES = [ARM.document()] + [
-    HELD_OUT_WRITERS[name](np.random.default_rng(1)).mjcf for name in ("balls", "ground", "loops")
-]
+BASES = [ARM.document()] + [ALL_WRITERS[name](np.random.default_rng(1)).mjcf for name in ("balls", "ground", "loops")]
 STILL = {
     "no_tendons", "no_actuators", "no_sensors", "tendons_not_actuated", "no_soft_chain", "disconnected", "segments_gap",
     "fully_actuated", "ctrlrange_missing", "range_inverted_ignored", "joint_range_too_small", "tendon_limit_violated",
@@ -31,9 +29,9 @@ STILL = {
 """Codes whose symptom is measured without simulating."""
 
 
-@pytest.mark.parametrize("name", HELD_OUT_WRITERS)
+@pytest.mark.parametrize("name", ALL_WRITERS)
 def test_a_writer_writes_robots_with_tendons_that_load_and_repeats_itself(name: str) -> None:
-    writer: Writer = HELD_OUT_WRITERS[name]
+    writer: Writer = ALL_WRITERS[name]
     written = writer(np.random.default_rng(8))
     model = mujoco.MjModel.from_xml_string(written.mjcf)
     assert min(model.ntendon, model.nu, model.nsensor) > 0
@@ -41,7 +39,7 @@ def test_a_writer_writes_robots_with_tendons_that_load_and_repeats_itself(name: 
 
 
 def test_some_writers_are_kept_for_the_end() -> None:
-    assert set(HELD_OUT_WRITERS) - set(TUNING_WRITERS) == {"hands", "frames"}
+    assert set(ALL_WRITERS) - set(TUNING_WRITERS) == {"hands", "frames"}
 
 
 @pytest.mark.filterwarnings("ignore:Inertia matrix is too close to singular")  # of two hinges about one axis

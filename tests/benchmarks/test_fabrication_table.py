@@ -1,9 +1,12 @@
 """The report of exports counts what can be built, and says of the rest why not."""
 
+import json
 from pathlib import Path
 
 import pytest
-from benchmarks.fabrication.run import account, main
+from benchmarks.fabrication.run import MADE, account, exported_with, main
+
+from aidsr.fabrication.schema import MARK
 
 
 def row(name: str, verdict: str, errors: list[str], success: tuple[float | None, float | None]) -> dict[str, object]:
@@ -24,6 +27,17 @@ def test_the_share_has_an_interval_and_the_rest_its_reasons() -> None:
     assert "hinge_strain 1" in text
     assert "90% → 85%" in text
     assert text.count("\n| ") == 5
+
+
+def test_an_export_with_other_settings_is_made_again(tmp_path: Path) -> None:
+    asked = {"printer": "fdm", "material": None, "policy": False}
+    assert not exported_with(tmp_path, asked)
+    (tmp_path / MARK).write_text("{}")
+    assert not exported_with(tmp_path, asked), "nothing tells how it was made"
+    (tmp_path / MADE).write_text(json.dumps({"settings": asked, "took_s": 1.0}))
+    assert exported_with(tmp_path, asked)
+    for change in ({"printer": "sla"}, {"material": "petg"}, {"policy": True}):
+        assert not exported_with(tmp_path, asked | change)
 
 
 def test_a_folder_without_designs_is_no_table_of_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

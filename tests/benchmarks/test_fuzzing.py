@@ -13,10 +13,13 @@ import pytest
 from benchmarks.validator import fuzz
 from benchmarks.validator.fuzz import (
     Campaign,
+    files_read,
     fingerprint,
     make_canary,
+    mark_unread,
     marked_processes,
     processor_s,
+    reads_show,
     run_campaign,
     run_case,
 )
@@ -79,6 +82,19 @@ def test_touched_files_show(tmp_path: Path) -> None:
     assert fingerprint(tmp_path) == before
     (tmp_path / "MUJOCO_LOG.TXT").write_text("warning")
     assert set(fingerprint(tmp_path)) - set(before) == {"MUJOCO_LOG.TXT"}
+
+
+def test_reads_show_again_and_again(tmp_path: Path) -> None:
+    if not reads_show():
+        pytest.skip("the file system keeps no times of access")
+    make_canary(tmp_path)
+    for name in ("secret.txt", "model.xml", "secret.txt"):
+        before = fingerprint(tmp_path)
+        mark_unread(tmp_path)
+        assert files_read(tmp_path) == []
+        (tmp_path / name).read_bytes()
+        assert files_read(tmp_path) == [name]
+        assert fingerprint(tmp_path) == before
 
 
 def test_processes_left_behind_show() -> None:

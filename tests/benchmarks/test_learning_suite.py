@@ -5,6 +5,7 @@ import pytest
 pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
 from benchmarks.learning.compare import Point, Row, learn, recipe_now
+from benchmarks.learning.hopeless import suite_trainings
 from benchmarks.learning.probes import Probe
 from benchmarks.learning.report import curves, page_of, reached
 from benchmarks.learning.suite import suite
@@ -77,6 +78,14 @@ def test_the_page_counts_what_ends_at_half_of_the_episodes_and_when_that_was_rea
     assert "best: 1 of 2 scenes end at 50 % or more (grasping 1 of 2)" in page
     assert "alone" not in page  # there is nothing beside it
     assert curves(rows).count("<polyline") == 6
+
+
+def test_of_several_rows_of_a_training_the_last_is_drawn_and_counted():
+    rows = [row("one", "best", 0.0, 0.0), row("one", "best", 0.5, 1.0), row("two", "paper", 0.0)]
+    changed = row("drawers", "best", 0.0).model_copy(update={"task": "manipulation/drawer_opening"})
+    assert curves(rows).count("<polyline") == 2
+    at_60000 = [each.model_copy(update={"steps": 60_000}) for each in (*rows, changed)]
+    assert suite_trainings(at_60000) == [(100, 60_000, 1.0)]
 
 
 @pytest.mark.slow

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
+from benchmarks.episode_clock import EpisodeClock
 from numpy.typing import NDArray
 
 from aidsr.core.artifacts import Placement, Robot
@@ -21,7 +22,7 @@ class Script:
     """A robot with a scripted policy that acts on observations.
 
     Every actuator of the robot is a cable that pulls: its action is -1 if the cable is slack, and 1 at full tension.
-    When the very first observations appear again, the episodes are being played again, and the script starts again.
+    Each time that the episodes begin, the script starts again.
 
     Args:
         task: The task.
@@ -37,10 +38,8 @@ class Script:
         self.scene = TaskScene.of(mjcf, task, grouping="off")
         self.names = [group.name.removeprefix("robot/") for group in self.scene.actions.groups]
         self.width = sum(feature.size for feature in task.features)
-        self.first: NDArray[np.floating] | None = None
-        self.at_first = False
         self.dt_s = task.control_dt_s
-        self.steps = 0
+        self.clock = EpisodeClock(task)
 
     @staticmethod
     def robot() -> Robot:
@@ -49,16 +48,10 @@ class Script:
 
     def act(self, observation: NDArray[np.floating]) -> FloatArray:
         """Return the next actions, (n, n_observations) -> (n, n_actions)."""
-        if self.first is None:
-            self.first = observation.copy()
-        at_first = np.array_equal(observation, self.first)
-        if at_first and not self.at_first:
-            self.steps = 0
+        if self.clock.tick(observation):
             self.begin(len(observation))
-        self.at_first = at_first
         seen = np.asarray(observation, dtype=np.float64)
-        action = self.actions(seen, seen[:, -self.width :], self.steps * self.dt_s)
-        self.steps += 1
+        action = self.actions(seen, seen[:, -self.width :], self.clock.time_s)
         return np.clip(action, -1.0, 1.0)
 
     def begin(self, n: int) -> None:

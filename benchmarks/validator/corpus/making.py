@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 from benchmarks.validator.corpus.faults import DOCUMENT, INJECTIONS, Injection, UnsuitableError
 from benchmarks.validator.corpus.specimen import Grade, Specimen, Split
-from benchmarks.validator.corpus.writers import HELD_OUT_WRITERS
+from benchmarks.validator.corpus.writers import ALL_WRITERS
 from benchmarks.validator.oracle import examine_good, first_symptom, measure_of
 from benchmarks.validator.oracle.driven import plainly_diverges
 from benchmarks.validator.oracle.loop import Bench
@@ -78,7 +78,7 @@ def make_good(writer: str, split: Split, index: int, patience: int) -> Made:
     put_aside: dict[str, int] = {}
     for attempt in range(patience):
         rng = np.random.default_rng([_FIRST_SEED[split], _number(writer), index, attempt])
-        written = HELD_OUT_WRITERS[writer](rng)
+        written = ALL_WRITERS[writer](rng)
         found, symptoms = examine_good(written.mjcf)
         if found:
             reason = f"good, {writer}: {next(iter(found))}"

@@ -26,7 +26,7 @@ from benchmarks.validator.corpus.writers.styles import write_dialect
 from benchmarks.validator.corpus.writers.tapered import write_tapered_robot
 from benchmarks.validator.corpus.writers.written import Writer, Written
 
-__all__ = ["HELD_OUT_WRITERS", "TUNING_WRITERS", "Writer", "Written"]
+__all__ = ["ALL_WRITERS", "TUNING_WRITERS", "Writer", "Written"]
 
 TUNING_WRITERS: dict[str, Writer] = {
     "hinges": write_hinge_robot,
@@ -38,5 +38,5 @@ TUNING_WRITERS: dict[str, Writer] = {
     "styles": write_dialect,
     "own": write_own_robot,
 }
-HELD_OUT_WRITERS: dict[str, Writer] = TUNING_WRITERS | {"hands": write_hand, "frames": write_frame_robot}
+ALL_WRITERS: dict[str, Writer] = TUNING_WRITERS | {"hands": write_hand, "frames": write_frame_robot}
 """Writers of held-out robots: all tuning writers, with other seeds, and two writers whose robots nobody looked at."""
