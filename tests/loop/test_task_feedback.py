@@ -14,7 +14,7 @@ from aidsr.loop.runner import run_designs
 from aidsr.runs import Run, read_events, read_status
 from aidsr.runs.event_text import DOING, sentence
 from aidsr.runs.events import Decided, Step, StepDone, Waiting
-from aidsr.runs.stages import attempts
+from aidsr.runs.stages import iteration_stages
 from scripted import Script, Scripted, new_run, parts
 
 
@@ -63,7 +63,8 @@ def test_one_that_falls_short_returns_to_the_role_to_blame(tmp_path, blame: str,
     assert asked == ["designer", "coder", "integrator", "judge", *again, "judge"]
     assert (outcome.outcome, outcome.iteration) == ("approved", 2)
     status = read_status(run).designs[0]
-    stages = [stage for attempt in attempts(run.design(1), status) for stage in attempt.stages if stage.name == "tried"]
+    iterations = iteration_stages(run.design(1), status)
+    stages = [stage for iteration in iterations for stage in iteration.stages if stage.name == "tried"]
     assert [(stage.mark, stage.text) for stage in stages] == [("bad", "no force"), ("good", "solved")]
 
 
