@@ -56,6 +56,7 @@ _SHARES = (0.5, 0.8, 0.95)
 """Shares of episodes won that are counted. The first gives the paper's binary rate; the others distinguish a reliable
 policy from a lucky one."""
 _PUBLISHED = ("config.json", "scene.xml", "normalisation.json", "training.json", "evaluation.json")
+_PENALTY = "overlap_penalty"
 _PROTOCOL: Protocol = "best"
 """Protocol that policies are trained by today."""
 
@@ -163,9 +164,16 @@ def _recipe(protocol: Protocol) -> dict[str, Any]:
     return PROTOCOLS[protocol].model_dump(mode="json")
 
 
-def _with_defaults(recipe: dict[str, Any] | None) -> dict[str, Any] | None:
-    """Return a row's recipe. Older ones, without the fields `script` and `correction`, get the default: no script."""
-    return recipe and Recipe().model_dump(mode="json", include={"script", "correction"}) | recipe
+def _comparable(row: Row) -> dict[str, Any] | None:
+    """Return a row's recipe as far as it decides whether the row fits a table.
+
+    Older ones, without the fields `script` and `correction`, get the default: no script. Policies from before deep
+    overlap was penalized stay in the table, which says how many there are.
+    """
+    if row.recipe is None:
+        return None
+    today = _recipe(_protocol_of(row))
+    return Recipe().model_dump(mode="json", include={"script", "correction"}) | row.recipe | {_PENALTY: today[_PENALTY]}
 
 
 def plan_of(rows: Sequence[Row]) -> StudyPlan:
@@ -267,7 +275,7 @@ def merged(study: Study, published: Sequence[Row]) -> list[Row]:
 
 
 def _fitting(row: Row, plan: StudyPlan, where: Path) -> Row:
-    conditions = (_version_of(row), row.level, row.most_steps, _with_defaults(row.recipe))
+    conditions = (_version_of(row), row.level, row.most_steps, _comparable(row))
     recipe = _recipe(plan.protocol)
     asked = conditions == (plan.benchmark_version, plan.level, plan.steps, recipe)
     if not asked or row.task not in plan.tasks or row.design > plan.runs or row.policy_seed >= plan.seeds:
@@ -357,7 +365,8 @@ def table(plan: StudyPlan, rows: Sequence[Row], out: str = _OUT) -> str:
         f"level {plan.level}, {'one seed' if plan.seeds == 1 else f'{plan.seeds} policies a design'}, "
         f"at most {plan.steps:,} control steps a policy{_protocol_in_words(plan)}; "
         f"the benchmark's budget is {BUDGET_STEPS:,}. "
-        f"A policy is judged on {' or '.join(map(str, counts))} held-out episodes.{_made_with(rows)}",
+        f"A policy is judged on {' or '.join(map(str, counts))} held-out episodes.{_made_with(rows)}"
+        f"{_unaware_of_overlap(rows)}",
         "",
         f"{sample_in_words(plan.tasks)}{_earlier(plan)}",
         "",
@@ -414,6 +423,13 @@ def _made_with(rows: Sequence[Row]) -> str:
     resumed = sum(row.resumed > 0 for row in rows)
     again = f" {resumed} of the policies resumed while learning, after their process was killed." if resumed else ""
     return (f" Evaluated at commit {', '.join(commits)} on {', '.join(processors)}." if commits else "") + again
+
+
+def _unaware_of_overlap(rows: Sequence[Row]) -> str:
+    """Return a sentence on the policies of `best` that deep overlap cost nothing; empty if there are none."""
+    unaware = [row for row in rows if row.steps and row.recipe and not row.recipe.get(_PENALTY)]
+    count = sum(_protocol_of(row) == "best" for row in unaware)
+    return f" {count} of the policies were trained before `best` penalized deep overlap." if count else ""
 
 
 def _earlier(plan: StudyPlan) -> str:

@@ -175,6 +175,15 @@ def test_a_row_of_before_there_were_scripts_keeps_its_place(program):
     assert program._fitting(row, plan, PATH) == row
 
 
+def test_policies_of_before_deep_overlap_was_penalized_stay_and_are_counted(program):
+    before = outcome(program, recipe={name: value for name, value in BEST.items() if name != "overlap_penalty"})
+    after = outcome(program, recipe=BEST, design=2)
+    plan = program.plan_of([before, after])
+    assert program._fitting(before, plan, PATH) == before
+    assert "1 of the policies were trained before `best` penalized" in program.table(plan, [before, after])
+    assert "penalized" not in program.table(plan, [after])
+
+
 @pytest.mark.parametrize(
     "changed",
     [
