@@ -13,6 +13,7 @@ from stable_baselines3.common.env_checker import check_env as check_env_of_sb3
 
 from aidsr.core.artifacts import ActuatorGroup
 from aidsr.learn.episodes.batch import Episodes
+from aidsr.learn.episodes.overlap_meter import OverlapMeter
 from aidsr.learn.rl.single_env import TaskEnv, environment_id, register_environments
 from aidsr.learn.rl.vector_env import BatchedVecEnv
 from aidsr.tasks import load_task, task_names
@@ -121,6 +122,26 @@ def test_success_is_no_truncation_and_returns_add_up():
     assert not any(info["TimeLimit.truncated"] for info in infos)
     assert all(info["is_success"] for info in infos)
     assert [info["episode"]["r"] for info in infos] == pytest.approx(total, rel=1e-5)
+
+
+def test_deep_overlap_costs_reward_and_is_no_success(monkeypatch):
+    clean = vector_env(2)
+    overlapping = vector_env(2, overlap_penalty=0.1)
+
+    def measure(meter, which):
+        depth = np.where(which, [0.4, 0.8], 0.0)
+        meter.deepest = np.array([0.4, 1.2])
+        return depth
+
+    monkeypatch.setattr(OverlapMeter, "measure", measure)
+    clean.reset(), overlapping.reset()
+    ended = [False]
+    while not ended[0]:
+        _, rewards, ended, _ = clean.step(np.tile([1.0, -1.0], (2, 1)))
+        _, penalized, done, infos = overlapping.step(np.tile([1.0, -1.0], (2, 1)))
+        assert penalized == pytest.approx(rewards - [0.0, 0.1 * 0.6], abs=1e-6)
+        assert done.tolist() == ended.tolist()
+    assert [info["is_success"] for info in infos] == [True, False]
 
 
 class LongHeld(QuickPushing):

@@ -10,6 +10,7 @@ pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
 import torch
 
+from aidsr.learn.episodes import overlap_meter
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.openloop.script import parse_script
@@ -91,6 +92,21 @@ def test_where_nothing_wins_nothing_else_is_played(monkeypatch):
     found = find_rival(small_learning(NeverWon()), seed=0, threads=1)
     assert (found.share, found.script) == (0.0, "")
     assert found.steps == round(found.report.simulated_s / QuickPushing.control_dt_s)
+
+
+def test_a_motion_in_which_parts_overlap_deeply_does_not_count(monkeypatch):
+    monkeypatch.setattr(overlap_meter, "DEEP", -1.0)
+    assert find_rival(small_learning(), seed=0, threads=1).share == 0.0
+
+
+@pytest.mark.parametrize(("penalty", "stopped"), [(0.0, "saturated"), (0.1, "budget")])
+def test_a_policy_in_which_parts_overlap_deeply_does_not_succeed(tmp_path, monkeypatch, penalty, stopped):
+    script = find_rival(small_learning(), seed=0, threads=1).script
+    monkeypatch.setattr(overlap_meter, "DEEP", -1.0)
+    recipe = SMALL.model_copy(update={"overlap_penalty": penalty}).beginning_with(script)
+    result = train(small_learning(), tmp_path, steps=600, recipe=recipe, threads=1)
+    assert result.stopped == stopped
+    assert (result.success_share == 0.0) == bool(penalty)
 
 
 def test_a_motion_that_wins_nearly_always_is_the_policy(tmp_path):

@@ -98,6 +98,9 @@ class Recipe(Artifact):
     noiseless_simulations: Annotated[int, Field(ge=1)] = 8
     """Number of simulations in which the policy acts without noise. Their episodes measure its performance, and it also
     learns from them."""
+    overlap_penalty: Annotated[float, Field(ge=0)] = 0.0
+    """Reward taken for each control step in which parts overlap deeply, which no valid policy does; 0: overlap is
+    ignored in training."""
     stop_hopeless: bool = False
     """Whether a training ends as soon as it is hopeless, see `is_hopeless`."""
 
@@ -184,6 +187,7 @@ PROTOCOLS: Mapping[Protocol, Recipe] = MappingProxyType(
             hidden_sizes=(128, 128),
             final_learning_rate=1e-3,
             from_probe=True,
+            overlap_penalty=0.1,
         ),
     }
 )

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from aidsr.learn.episodes.batch import Episodes
+from aidsr.learn.episodes.overlap_meter import OverlapMeter
 from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop import Motion, ProbeReport, probe_scene
@@ -75,6 +76,8 @@ class _Played:
         task = self._scene.task
         variations = [task.variation("development", number) for number in numbers]
         episodes = Episodes(self._scene.model, task, self._scene.actions, variations, threads=self._threads)
-        course = rollout(episodes, OpenLoopPolicy(Motions.of([motion] * len(numbers)), task.control_dt_s))
+        overlaps = OverlapMeter(episodes)
+        policy = OpenLoopPolicy(Motions.of([motion] * len(numbers)), task.control_dt_s)
+        course = rollout(episodes, policy, overlaps.after)
         self.simulated_s += float(course.time_s.sum())
-        return float(course.success.mean())
+        return float((course.success & ~overlaps.is_deep).mean())

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from aidsr.learn.episodes.batch import Episodes
+from aidsr.learn.episodes.overlap_meter import OverlapMeter
 from aidsr.learn.episodes.perturbation import randomized
 from aidsr.learn.episodes.rollout import EpisodeOutcomes, rollout
 from aidsr.learn.episodes.scene import TaskScene
@@ -158,7 +159,12 @@ class _Training:
         self._best: Snapshot | None = None
         self._structure = read_structure(scene.model)
         first = [self._sample_variation() for _ in range(recipe.simulations)]
-        self.env = BatchedVecEnv(self._episodes(first), self._sample_variation, patience_s=recipe.patience_s)
+        self.env = BatchedVecEnv(
+            self._episodes(first),
+            self._sample_variation,
+            patience_s=recipe.patience_s,
+            overlap_penalty=recipe.overlap_penalty,
+        )
         self.normalised: VecNormalize = VecNormalize(
             self.env, gamma=recipe.gamma, norm_reward=recipe.algorithm == "ppo"
         )
@@ -336,12 +342,21 @@ class _Training:
         """Play variations with the policy, without noise, and return the outcomes."""
         policy = TrainedPolicy.of(self.model.policy, Normalisation.of(self.normalised))
         self.model.policy.set_training_mode(False)
-        course = rollout(self._episodes(variations), policy)
+        course = self._played(variations, policy)
         if self.config.recipe.algorithm == "sac":  # SAC pays for tests from the budget; the paper's PPO does not
             action_s = self.scene.task.control_dt_s * self.config.recipe.hold_steps
             self.model.num_timesteps += round(float(course.time_s.sum()) / action_s)
         self.home.log_event("tested", steps=self.history.steps, success_share=float(course.success.mean()))
         return course
+
+    def _played(self, variations: list[Variation], policy: TrainedPolicy) -> EpisodeOutcomes:
+        """Return the outcomes of episodes; one in which parts overlap deeply is no success if this is penalized."""
+        episodes = self._episodes(variations)
+        if not self.config.recipe.overlap_penalty:
+            return rollout(episodes, policy)
+        overlaps = OverlapMeter(episodes)
+        course = rollout(episodes, policy, overlaps.after)
+        return replace(course, success=course.success & ~overlaps.is_deep)
 
     def _script_suffices(self) -> bool:
         """Play the script before anything is learned, and return whether it almost always succeeds.

@@ -10,7 +10,9 @@ from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
 from aidsr.learn.episodes.batch import Episodes, StepResult
+from aidsr.learn.episodes.overlap_meter import OverlapMeter
 from aidsr.learn.rl.spaces import action_space, observation_space
+from aidsr.sim.deep_overlap import DEEP
 from aidsr.tasks import Variation
 from aidsr.tasks.readings import BoolArray, FloatArray
 
@@ -30,14 +32,23 @@ class BatchedVecEnv(VecEnv):
         episodes: The simulations.
         next_variation: Returns the variation of the next episode.
         patience_s: Time without growing progress after which an episode is truncated [s].
+        overlap_penalty: Reward taken for each control step in which parts overlap deeply; with any, an episode in which
+            they do is no success.
     """
 
     def __init__(
-        self, episodes: Episodes, next_variation: Callable[[], Variation], *, patience_s: float = np.inf
+        self,
+        episodes: Episodes,
+        next_variation: Callable[[], Variation],
+        *,
+        patience_s: float = np.inf,
+        overlap_penalty: float = 0.0,
     ) -> None:
         self.episodes = episodes
         self._next_variation = next_variation
         self._patience_s = max(patience_s, 2.0 * episodes.task.hold_s)
+        self._overlap_penalty = overlap_penalty
+        self._overlaps = OverlapMeter(episodes) if overlap_penalty else None
         self._best_progress = np.zeros(episodes.n)
         self._last_gain_s = np.zeros(episodes.n)
         self._actions: FloatArray = np.zeros((episodes.n, episodes.actions.size))
@@ -73,6 +84,9 @@ class BatchedVecEnv(VecEnv):
             result = self.episodes.step(self._actions)
             reward += result.reward
             self._length += running
+            if self._overlaps is not None:
+                depth = self._overlaps.measure(running & ~result.diverged)
+                reward -= self._overlap_penalty * np.clip(2.0 * depth / DEEP - 1.0, 0.0, 1.0)
             done |= result.done
             for index in np.flatnonzero(result.done).tolist():
                 self._return[index] += reward[index]
@@ -93,14 +107,17 @@ class BatchedVecEnv(VecEnv):
     def _reset(self, ids: np.ndarray) -> np.ndarray:
         self._return[ids], self._length[ids] = 0.0, 0
         self._best_progress[ids], self._last_gain_s[ids] = 0.0, 0.0
-        return self.episodes.reset(ids, [self._next_variation() for _ in ids])
+        observation = self.episodes.reset(ids, [self._next_variation() for _ in ids])
+        if self._overlaps is not None:
+            self._overlaps.reset(ids)
+        return observation
 
     def _terminal_info(self, result: StepResult, index: int) -> dict[str, Any]:
         return {
             "terminal_observation": result.observation[index],
             "TimeLimit.truncated": bool(result.truncated[index]),
             "episode": {"r": float(self._return[index]), "l": int(self._length[index])},
-            "is_success": bool(result.success[index]),
+            "is_success": bool(result.success[index]) and not (self._overlaps and self._overlaps.is_deep[index]),
             "progress": float(result.progress[index]),
             "diverged": bool(result.diverged[index]),
         }
