@@ -23,6 +23,9 @@ CHOSEN_IN, REPORTED_ON = 8, 20
 success share of the best one is measured."""
 LEAST_SUCCESS = 0.5
 """Smallest success share in both sets of variations: the same that makes a design successful."""
+_CLEARLY = 4
+"""Number of episodes, of `REPORTED_ON`, by which a motion must exceed the learned policy to replace it. Our choice: a
+fifth, twice the standard error of 20 episodes."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +43,12 @@ class FallbackMotion:
     script: str
     share: float
     steps: int
+
+
+def is_clearly_better(motion_share: float, policy_share: float) -> bool:
+    """Return whether a motion succeeds more often than a policy by more than chance, in `REPORTED_ON` episodes each."""
+    # whole episodes: differences of shares such as 0.7 - 0.5 are inexact
+    return round(REPORTED_ON * motion_share) - round(REPORTED_ON * policy_share) >= _CLEARLY
 
 
 def find_fallback_motion(scene: TaskScene, *, seed: int, threads: int) -> FallbackMotion:

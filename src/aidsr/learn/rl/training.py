@@ -19,7 +19,7 @@ from aidsr.learn.episodes.perturbation import randomized
 from aidsr.learn.episodes.rollout import EpisodeOutcomes, rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.behavior_cloning import clone_probe_motion
-from aidsr.learn.rl.fallback_motion import record_fallback_motion
+from aidsr.learn.rl.fallback_motion import is_clearly_better, record_fallback_motion
 from aidsr.learn.rl.policy import Normalisation, TrainedPolicy, network_options, one_torch_thread
 from aidsr.learn.rl.recipe import Recipe
 from aidsr.learn.rl.training_config import TrainingConfig
@@ -42,10 +42,6 @@ this index on are never sampled."""
 
 _TEST_EPISODES = 20
 """Number of development episodes that test whether training is saturated and which policy is kept."""
-
-_CLEARLY = 4
-"""Number of these episodes by which a motion must exceed the learned policy to replace it. Our choice: a fifth, twice
-the standard error of 20 episodes."""
 
 
 def train(
@@ -301,9 +297,7 @@ class _Training:
         """
         if not self.config.motion or stopped == "saturated":
             return False
-        # whole episodes: differences of shares such as 0.7 - 0.5 are inexact
-        motion, policy = (round(_TEST_EPISODES * share) for share in (self.config.motion_share, self.share))
-        return motion - policy >= _CLEARLY
+        return is_clearly_better(self.config.motion_share, self.share)
 
     @property
     def share(self) -> float:
