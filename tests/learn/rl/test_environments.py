@@ -126,11 +126,11 @@ def test_success_is_no_truncation_and_returns_add_up():
 
 def test_deep_overlap_costs_reward_and_is_no_success(monkeypatch):
     clean = vector_env(2)
-    overlapping = vector_env(2, overlap_penalty=0.1)
+    overlapping = vector_env(2, overlap_penalty=0.5)
 
     def measure(meter, which):
-        depth = np.where(which, [0.4, 0.8], 0.0)
-        meter.deepest = np.array([0.4, 1.2])
+        depth = np.where(which, [0.79, 0.95], 0.0)
+        meter.deepest = np.array([0.79, 1.2])
         return depth
 
     monkeypatch.setattr(OverlapMeter, "measure", measure)
@@ -139,7 +139,7 @@ def test_deep_overlap_costs_reward_and_is_no_success(monkeypatch):
     while not ended[0]:
         _, rewards, ended, _ = clean.step(np.tile([1.0, -1.0], (2, 1)))
         _, penalized, done, infos = overlapping.step(np.tile([1.0, -1.0], (2, 1)))
-        assert penalized == pytest.approx(rewards - [0.0, 0.1 * 0.6], abs=1e-6)
+        assert penalized == pytest.approx(rewards - [0.0, 0.5 * 0.75], abs=1e-6)
         assert done.tolist() == ended.tolist()
     assert [info["is_success"] for info in infos] == [True, False]
 

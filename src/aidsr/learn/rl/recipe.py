@@ -198,7 +198,7 @@ PROTOCOLS: Mapping[Protocol, Recipe] = MappingProxyType(
             hidden_sizes=(128, 128),
             final_learning_rate=1e-3,
             from_probe=True,
-            overlap_penalty=0.1,
+            overlap_penalty=1.0,
         ),
     }
 )

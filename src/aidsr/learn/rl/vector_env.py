@@ -16,6 +16,8 @@ from aidsr.sim.deep_overlap import DEEP
 from aidsr.tasks import Variation
 from aidsr.tasks.readings import BoolArray, FloatArray
 
+_TOLERATED = 0.8
+"""Overlap that costs nothing, as a share of a deep one. Our choice: parts that press on each other overlap a little."""
 _GAIN = 0.01
 """Smaller increases of progress do not count."""
 
@@ -32,8 +34,8 @@ class BatchedVecEnv(VecEnv):
         episodes: The simulations.
         next_variation: Returns the variation of the next episode.
         patience_s: Time without growing progress after which an episode is truncated [s].
-        overlap_penalty: Reward taken for each control step in which parts overlap deeply; with any, an episode in which
-            they do is no success.
+        overlap_penalty: Reward taken for each control step in which parts overlap deeply, and less from 80 % of that
+            depth on; with any penalty, an episode in which they overlap deeply is no success.
     """
 
     def __init__(
@@ -86,7 +88,7 @@ class BatchedVecEnv(VecEnv):
             self._length += running
             if self._overlaps is not None:
                 depth = self._overlaps.measure(running & ~result.diverged)
-                reward -= self._overlap_penalty * np.clip(2.0 * depth / DEEP - 1.0, 0.0, 1.0)
+                reward -= self._overlap_penalty * np.clip((depth / DEEP - _TOLERATED) / (1.0 - _TOLERATED), 0.0, 1.0)
             done |= result.done
             for index in np.flatnonzero(result.done).tolist():
                 self._return[index] += reward[index]
