@@ -251,6 +251,7 @@ def trained(row: Row, folder: DesignFolder, home: Path, asked: Asked) -> Row:
             "motion": FinishedTraining.load(home).config.plays_the_motion,
             "benchmark_version": BENCHMARK_VERSION,
             "steps": training.steps,
+            "most_steps": asked.steps,
             "training_s": round(training.wall_s, 1),
             "commit": verdict.commit,
             "scene_sha256": verdict.scene_sha256,
@@ -320,7 +321,8 @@ def table(rows: Sequence[Row], floors: Sequence[Floor] = ()) -> str:
         f"benchmark's budget is 300,000), one seed, judged by version {versions} of the benchmark on 100 "
         f"held-out episodes, or {FIRST_EPISODES} where fewer than {FEWEST_WON} are won. *Successful*: valid, and "
         "at least half of them won. Tokens are visible ones, by bytes / 3. "
-        f"Intervals: Wilson, 95 %. *Floor*: the most that idling, the best of {CONSTANTS} constant actions or random "
+        "Intervals: Wilson, 95 %. *Steps*: the budget of the training; designs that fail with 60,000 may be trained "
+        f"again with more (`--again`). *Floor*: the most that idling, the best of {CONSTANTS} constant actions or random "
         f"actions win in the scene of a successful design, of {FLOOR_EPISODES} held-out episodes (`--floors`). "
         "*Perturbed, kept*: the share of success left in perturbed scenes (`--perturbed`). *Motion*: the policy "
         "begins with the script by which its designer saw the robot win, and corrects it, or it is a motion of a probe "
@@ -341,9 +343,9 @@ def table(rows: Sequence[Row], floors: Sequence[Floor] = ()) -> str:
         "",
         "## Every design",
         "",
-        "| task | arm | concept | outcome | valid | successful | episodes won | progress | perturbed, kept | "
+        "| task | arm | concept | outcome | steps | valid | successful | episodes won | progress | perturbed, kept | "
         "floor | motion | iterations | calls | tokens | designing, wall s |",
-        "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|",
         *(
             line_of(row, floor_of.get(row.scene_sha256))
             for row in sorted(rows, key=lambda row: (row.task, row.arm, row.run, row.design))
@@ -390,7 +392,8 @@ def line_of(row: Row, floor: Floor | None = None) -> str:
     """Return the table row of one design."""
     changed = "" if _is_current(row) else f" (version {row.benchmark_version})"
     words = [row.task + changed, row.arm, row.concept, row.outcome]
-    words += [_yes(row.valid), _yes(row.successful), f"{row.success_share:.0%}", f"{row.progress:.2f}"]
+    words += [f"{row.most_steps:,}" if row.steps else "", _yes(row.valid), _yes(row.successful)]
+    words += [f"{row.success_share:.0%}", f"{row.progress:.2f}"]
     words += ["" if row.kept_perturbed is None else f"{row.kept_perturbed:.0%}"]
     words += [f"{max(floor.wins.values()) / floor.episodes:.0%}" if floor else "", _motion(row)]
     words += [str(row.iterations), str(row.calls)]

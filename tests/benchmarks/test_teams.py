@@ -62,6 +62,12 @@ def test_what_a_policy_began_with_is_told(facts: dict[str, object], told: str) -
     assert titled(table([row(1, **facts)]), "task | arm")["motion"] == told
 
 
+def test_the_budget_of_each_training_is_told() -> None:
+    assert titled(table([row(1, steps=30_000)]), "task | arm")["steps"] == "60,000"
+    assert titled(table([row(1, steps=250_000, most_steps=300_000)]), "task | arm")["steps"] == "300,000"
+    assert titled(table([row(1, outcome="invalid")]), "task | arm")["steps"] == ""
+
+
 def test_an_arm_without_a_success_has_no_tokens_a_success() -> None:
     assert titled(table([row(1)]), "arm")["tokens a successful design"] == "none succeeded"
 
