@@ -166,7 +166,7 @@ def test_the_most_variations_are_told_before_one_asks_for_more(tmp_path: Path) -
 
 def test_a_number_in_a_script_is_swept(tmp_path: Path) -> None:
     work = with_cart(tmp_path)
-    how = {"script": "drive: {x}", "seconds": 1.0, "pairs": [["cart", "floor"]]}
+    how = {"script": "drive: {x}", "seconds": 1.0, "distances": [["cart", "floor"]]}
     table = call(work, "sweep", subject="scene_1", values=["1", "-0.5"], what="play", how=how)
     head, *rows = (line.split(" | ") for line in table.splitlines()[1:])
     assert head[0] == "{x} of the script"
@@ -238,7 +238,7 @@ def test_a_property_is_measured(tmp_path: Path) -> None:
         work, "measure", what="gaits", subject="scene_1", how={"gaits": 2, "seconds": 0.5}
     )
     assert "cart to floor: 50.0 mm as drawn" in call(
-        work, "measure", what="clearances", subject="scene_1", how={"pairs": [["cart", "floor"]]}
+        work, "measure", what="clearances", subject="scene_1", how={"distances": [["cart", "floor"]]}
     )
     call(work, "validate", mjcf=limb(), functional_part="tip")
     assert "stiffness" in call(work, "measure", what="load", subject="robot_2")

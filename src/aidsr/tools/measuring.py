@@ -68,7 +68,7 @@ class How(Artifact):
     direction: Annotated[
         Vec3, Field(description="Of the load, in world axes; in those of its root for a robot alone.")
     ] = (0.0, 0.0, -1.0)
-    pairs: Pairs = ()
+    distances: Pairs = ()
     gaits: Annotated[int, Field(ge=1, le=MOST_GAITS, description="How many random gaits.")] = 12
     seconds: Annotated[
         float,
@@ -78,7 +78,7 @@ class How(Artifact):
         ),
     ] = 0.0
     script: Annotated[str, Field(description="The script that is played.")] = ""
-    variation: Annotated[int, Field(ge=0, description="The development variation of gaits or a script.")] = 0
+    variation: Annotated[int, Field(ge=0, description="The development variation of gaits or a script, any number from 0.")] = 0
     variations: Several = ()
     seeds: Annotated[
         tuple[Seed, ...], Field(min_length=1, description="Of as many searches; gaits take the first.")
@@ -92,14 +92,14 @@ def play(
     workspace: Workspace,
     scene: SceneName,
     script: Annotated[str, Field(description=GRAMMAR)],
-    variation: Annotated[int, Field(ge=0, description="Which of the job's development variations.")] = 0,
+    variation: Annotated[int, Field(ge=0, description="Which development variation of the job, any number from 0.")] = 0,
     seconds: Annotated[float, Field(ge=0, description="How long, in s; the job's time unless given.")] = 0.0,
     distances: Pairs = (),
     variations: Several = (),
 ) -> Result:
     """Play a motion script on a scene and tell path, heading, contacts, distances, limits passed and what ended it."""
     subject = workspace.subject(scene)
-    how = How(script=script, variation=variation, variations=variations, seconds=seconds, pairs=distances)
+    how = How(script=script, variation=variation, variations=variations, seconds=seconds, distances=distances)
     played = _play_all(subject, how)
     if len(played) > 1:
         rows = [(str(one.variation), _measured(one)) for one in played]
@@ -228,7 +228,7 @@ def _table(varied: str, rows: Sequence[tuple[str, Measured | AidsrError]], what:
 def _play_all(subject: MeasuredScene, how: How) -> list[Recording]:
     """Play a script in each of the requested variations and return the recordings."""
     variations = how.variations or (how.variation,)
-    return list(play_variations(subject, how.script, variations=variations, seconds=how.seconds, distances=how.pairs))
+    return list(play_variations(subject, how.script, variations=variations, seconds=how.seconds, distances=how.distances))
 
 
 def _measured(played: Recording) -> Measured:
@@ -339,7 +339,7 @@ def _measure(how: How, what: What) -> Callable[[MeasuredScene], Measured]:
     measurements: dict[What, Callable[[MeasuredScene], Measured]] = {
         "bends": bends,
         "load": lambda subject: load(subject, how.part, force_n=how.force_n, direction=how.direction),
-        "clearances": lambda subject: clearances(subject, how.pairs),
+        "clearances": lambda subject: clearances(subject, how.distances),
         "gaits": lambda subject: random_gaits(
             subject, gaits=how.gaits, seconds=how.seconds or 4.0, seed=how.seeds[0], variation=how.variation
         ),
