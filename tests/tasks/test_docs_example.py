@@ -70,7 +70,7 @@ def test_the_team_reads_the_criteria_of_the_example(kitchen, level):
     assert task.brief().judging == {
         "Episodes differ": "Mass of the lid, 80 to 150 g.",
         "Success": f"The lid is raised at least {task.raised_m:g} m. Held for 1 s.",
-        "Counts against it": "More than 20 N on the lid.",
+        "Penalty": "More than 20 N on the lid.",
         "Time": "10 s, 25 actions a second.",
     }
     masses_kg = [task.variation("development", index).changes[0].value[0] for index in range(50)]

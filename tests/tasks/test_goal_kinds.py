@@ -354,7 +354,7 @@ def test_a_limit_that_is_passed_for_long_costs_success(limit, good, bad, words):
 
     assert task.violation(seen(good))[0] == 0.0
     assert 0.0 < task.violation(seen(bad))[0] <= 1.0
-    assert words in task.judging()["Counts against it"]
+    assert words in task.judging()["Penalty"]
     assert played(task, [seen(bad)] * 5 + [seen(good)])[1], "0.2 s are tolerated"
     assert not played(task, [seen(bad)] * 6 + [seen(good)])[1]
 

@@ -15,10 +15,10 @@ from aidsr.tasks.reaching.button_pushing import ButtonPushing
 def test_every_task_says_how_it_is_judged(name):
     task = load_task(name)
     told = task.brief().judging
-    assert {"Episodes differ", "Success", "Counts against it", "Stages", "Time"} <= told.keys()
+    assert {"Episodes differ", "Success", "Penalty", "Stages", "Time"} <= told.keys()
     assert all(words in told["Stages"] for _, words in task.stages)
     assert f"Held for {task.hold_s:g} s." in told["Success"]
-    assert ("Lost at once" in told) == name.startswith(("grasping/", "locomotion/", "manipulation/drawer"))
+    assert ("Lost at once" in told) == name.startswith(("grasping/", "locomotion/", "manipulation/drawer", "manipulation/crank"))
     assert ("Who moves the mount" in told) == (task.base == "moving")
     for sentence in told.values():
         assert re.match(r"[A-Z0-9]", sentence), sentence

@@ -180,6 +180,15 @@ def test_who_opens_a_drawer_out_of_turn_has_lost(turn, opening_m, stage, lost):
     assert task.is_failure(altered(seen, {drawer: opening_m}), memory) == [lost]
 
 
+@pytest.mark.parametrize(("turned_deg", "lost"), [(-89.9, False), (-90.1, True), (271.0, False)])
+@pytest.mark.parametrize("level", ["standard", "hard"])
+def test_who_turns_the_crank_the_wrong_way_has_lost(level, turned_deg, lost):
+    task = load_task("crank_turning", level)
+    seen = first(task.name)
+    then, _ = states.crank_turning(task, seen, turned_deg=turned_deg)
+    assert task.is_failure(then, task.reset_state(seen)) == [lost]
+
+
 @pytest.mark.parametrize(("before_m", "lost"), [(0.01, False), (0.004, True), (-0.03, True)])
 def test_a_robot_that_starts_among_the_handles_has_lost(before_m, lost):
     task = load_task("drawer_opening")

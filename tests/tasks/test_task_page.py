@@ -28,7 +28,7 @@ def test_every_task_has_a_section_with_a_picture_and_all_facts(name):
     section = PAGE[PAGE.index(f"## {name}\n") :].split("\n## ")[0]
     (picture,) = re.findall(r"!\[\w+\]\((images/tasks/\w+\.png)\)", section)
     assert (DOCS / picture).exists()
-    for fact in ("varies", "base", "progress", "stages", "success", "violation", "ends early", "time"):
+    for fact in ("varies", "base", "progress", "stages", "success", "penalty", "ends early", "time"):
         (text,) = re.findall(rf"^\| {fact} \| (.+) \|$", section, re.MULTILINE)
         assert len(text) > 3
     rows = re.findall(r"^\| (\d+)(?:-\d+)? \|", section, re.MULTILINE)

@@ -46,7 +46,7 @@ def _section(kind: type[Task]) -> str:
         ("progress", task.criteria.progress),
         *([("stages", judged["Stages"])] if "Stages" in judged else []),
         ("success", judged["Success"]),
-        ("violation", judged["Counts against it"]),
+        ("penalty", judged["Penalty"]),
         ("ends early", judged.get("Lost at once", "Only by success or divergence.")),
         ("time", judged["Time"]),
     )

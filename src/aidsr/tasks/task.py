@@ -25,7 +25,7 @@ from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.variation import Variation
 
-BENCHMARK_VERSION = 5
+BENCHMARK_VERSION = 6
 """Version of the benchmark, stored with every result.
 
 It increases when a dimension, a threshold, a variation or an end condition of a task changes.
@@ -62,6 +62,9 @@ Version 4 removes ways to succeed without a soft body, and makes success test ev
 
 Version 5 changes only drawer_opening (`Task.unchanged_since`): opening a drawer out of turn loses the episode. One
 sequence that contains all six orders had succeeded in every episode without observing which drawer is wanted.
+
+Version 6 changes only crank_turning: turning the crank by more than 90 degrees in the wrong direction loses the
+episode. One motion, two turns clockwise and then counterclockwise, had succeeded in both directions.
 """
 
 Level = Literal["standard", "hard"]
@@ -109,6 +112,7 @@ class Criteria:
     """Components of the progress; only for the docs, designers do not read it."""
     success: str
     violation: str
+    """What the reward penalizes. It is a condition of success only where `success` says so."""
     failure: str = ""
     """Conditions that end an episode as lost; empty if there are none."""
 
@@ -196,7 +200,7 @@ class Task(ABC):
         facts = {
             "Episodes differ": criteria.variation,
             "Success": f"{criteria.success} Held for {self.hold_s:g} s.",
-            "Counts against it": criteria.violation,
+            "Penalty": criteria.violation,
             **({"Stages": self._stages_in_words()} if self.stages else {}),
             "Time": f"{self.time_limit_s:g} s, {1 / self.control_dt_s:g} actions a second.",
         }

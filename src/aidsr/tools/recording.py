@@ -258,7 +258,7 @@ class Recording(Artifact):
 
     def _violation(self) -> list[str]:
         told = self.violation_s and not self.exceeded_limits
-        return [f"does what counts against it for {self.violation_s:.3g} s"] if told else []
+        return [f"penalized for {self.violation_s:.3g} s"] if told else []
 
     def _way(self) -> str:
         start, end = self.moments[0].center_m, self.moments[-1].center_m

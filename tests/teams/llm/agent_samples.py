@@ -96,7 +96,7 @@ BRIEF = Brief(
     summary=SUMMARY,
     base="fixed",
     needs_contact=True,
-    judging={"Success": "Pressed at least 5 mm. Held for 0.2 s.", "Counts against it": "More than 20 N on the button."},
+    judging={"Success": "Pressed at least 5 mm. Held for 0.2 s.", "Penalty": "More than 20 N on the button."},
 )
 
 CONCEPT = Concept(

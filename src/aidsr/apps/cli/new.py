@@ -68,7 +68,7 @@ def main() -> None:
     # Reads both files, rejects a goal that cannot be met, and tests the goal with the best of a few built-in robots.
     found = check_goal(here / "environment.xml", here / "goal.toml", listen=print)
 
-    # What the design team gets: what varies between episodes, what success is, what counts against the robot.
+    # What the design team gets: what varies between episodes, what success is, what is penalized.
     for title, words in found.judging.items():
         print(f"{title}: {words}")
 

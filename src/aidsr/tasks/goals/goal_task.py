@@ -86,7 +86,7 @@ class GoalTask(Task):
         against = " ".join(filter(None, [goal.violation_text, *(limit.sentence for limit in goal.limits)]))
         success = goal.success_text
         if goal.limits:
-            success += f" What counts against it has lasted for no more than {TOLERATED_S:g} s altogether."
+            success += f" The penalized conditions have lasted for no more than {TOLERATED_S:g} s altogether."
         return Criteria(
             variation=self._variation_text(),
             progress=goal.wording.progress,

@@ -20,16 +20,22 @@ HEIGHT_M, AHEAD_M = 0.30, 0.25
 OFFSET_M = 0.01
 TORQUE_FACTOR = (0.5, 1.5)
 MAX_FORCE_N = 15.0
+MAX_WRONG_WAY_DEG = 90.0
+"""Largest turn in the wrong direction [deg]. Our choice: a third of the required turn, far more than a bump."""
+WRONG_WAY = f"The crank was turned by more than {MAX_WRONG_WAY_DEG:g} degrees in the wrong direction."
 
 
 @dataclass(frozen=True)
 class CrankTurning(Task):
     """The pin of a crank is pushed around its axle, to the side that the episode asks for.
 
-    Source: our choice. A pin goes in a circle, so that the push has to change its direction all the time.
+    Source: our choice. A pin goes in a circle, so that the push has to change its direction all the time. Turning it
+    the wrong way loses, because one motion that turned it far in both directions, one after the other, had succeeded
+    without looking which was demanded.
     """
 
     name: ClassVar = "manipulation/crank_turning"
+    unchanged_since: ClassVar = 6
     base: ClassVar = "moving"
     time_limit_s: ClassVar = 30.0
     hold_s: ClassVar = 0.5
@@ -79,6 +85,7 @@ class CrankTurning(Task):
             progress="A fifth for nearness of the functional part to the pin, the rest for the angle turned.",
             success=f"Turned by at least {self.turn_deg:g} degrees in the given direction, and not turned back.",
             violation=f"More than {MAX_FORCE_N:g} N on the pin.",
+            failure=WRONG_WAY,
         )
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
@@ -129,6 +136,9 @@ class CrankTurning(Task):
 
     def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
         return self._turned_deg(readings, state) >= self.turn_deg
+
+    def losses(self, readings: Readings, state: TaskState) -> dict[str, BoolArray]:
+        return {WRONG_WAY: self._turned_deg(readings, state) < -MAX_WRONG_WAY_DEG}
 
     def _turned_deg(self, readings: Readings, state: TaskState) -> FloatArray:
         """Return the angle of the crank since the start in the required direction, (n,) [deg]."""
