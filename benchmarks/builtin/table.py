@@ -97,6 +97,9 @@ class Row(Artifact):
     """Number of held-out episodes for each way to end."""
     best_progress: float | None = None
     """Mean, over the held-out episodes, of the best progress of each."""
+    penalized_share: float | None = None
+    """Share of the time of successful episodes in which the task's penalty applied, for example because of too large a
+    force; None in older rows and if no episode is won."""
     kept_perturbed: dict[str, float] = Field(default_factory=dict)
     """Share of successes kept, by kind of perturbed scene; empty if the policy is not successful."""
     failed_checks: dict[str, str] = Field(default_factory=dict)
@@ -348,6 +351,7 @@ def _trained(facts: dict[str, Any], home: TrainingFolder) -> Row:
         policy_sha256=evaluation.policy_sha256,
         episodes=Counter(each.ended for each in evaluation.episodes),
         best_progress=fmean(each.best_progress for each in evaluation.episodes),
+        penalized_share=evaluation.penalized_share,
         kept_perturbed={each.kind: share for each in evaluation.perturbed if (share := each.kept_share) is not None},
         failed_checks={each.name: each.message for each in evaluation.checks if not each.passed},
     )
@@ -391,12 +395,14 @@ def table(plan: StudyPlan, rows: Sequence[Row], out: str = _OUT) -> str:
 
 _PERTURBED = (
     " *Perturbed, kept* is of successful policies alone: the share of their successes that they keep in the same "
-    "variations with parameters, delay and cable friction off (docs/learning.md), mean over kinds and policies."
+    "variations with parameters, delay and cable friction off (docs/learning.md), mean over kinds and policies. *Penalized* is the share of the time of their "
+    "successful episodes in which the task's penalty applied, for example because of too large a force; success does "
+    "not test it unless the task says so; empty where rows do not record it."
 )
 
 
 def _head(plan: StudyPlan) -> str:
-    kept = "| perturbed, kept " * plan.perturbed
+    kept = "| perturbed, kept | penalized " * plan.perturbed
     return (
         f"| task | ended | valid | successful | 80 % | 95 % | episodes won {kept}| progress | control steps "
         "| training, wall s | families |"
@@ -474,7 +480,7 @@ def _command(plan: StudyPlan, out: str) -> str:
 
 def _line(name: str, every: Sequence[Row], tasks: Sequence[str], plan: StudyPlan) -> str:
     rows = [row for row in every if row.task in tasks]
-    measured, designs = [""] * (9 + plan.perturbed), _designs(rows)
+    measured, designs = [""] * (9 + 2 * plan.perturbed), _designs(rows)
     if rows:
         trained = [row for row in rows if row.best_progress is not None]
         reached = [_most(designs, least) for least in _SHARES]
@@ -483,7 +489,7 @@ def _line(name: str, every: Sequence[Row], tasks: Sequence[str], plan: StudyPlan
             _rate(reached[0], len(designs)),
             *(f"{count} of {len(designs)}" for count in reached[1:]),
             f"{fmean(row.success_share for row in rows):.0%}",
-            *[_kept(rows)] * plan.perturbed,
+            *[_kept(rows), _penalized(rows)] * plan.perturbed,
             f"{fmean(row.best_progress or 0.0 for row in trained):.2f}" if trained else "",
             f"{fmean(row.steps for row in trained):,.0f}" if trained else "",
             f"{median(row.training_s for row in trained):.0f}" if trained else "",
@@ -496,6 +502,12 @@ def _kept(rows: Sequence[Row]) -> str:
     """Return the mean share of success that policies keep in perturbed scenes; empty if none was played in them."""
     kept = [fmean(row.kept_perturbed.values()) for row in rows if row.kept_perturbed]
     return f"{fmean(kept):.0%}" if kept else ""
+
+
+def _penalized(rows: Sequence[Row]) -> str:
+    """Return the mean share of time in which the task's penalty applied; empty if it was not recorded."""
+    shares = [row.penalized_share for row in rows if row.penalized_share is not None]
+    return f"{fmean(shares):.0%}" if shares else ""
 
 
 def _rate(hits: int, of: int) -> str:

@@ -95,6 +95,9 @@ class Row(Artifact):
     kept_perturbed: float | None = None
     """Share of success kept if parameters, delays and friction differ from the model, in 20 episodes of each kind (100
     in the first 37 rows); None if the design is not successful."""
+    penalized_share: float | None = None
+    """Share of the time of successful episodes in which the task's penalty applied, for example because of too large a
+    force; None in older rows and if no episode is won."""
     failed_checks: tuple[str, ...] = ()
     script: str = ""
     """Motion script with which training began; its designer saw it win at least half of some variations. "" if none."""
@@ -246,6 +249,7 @@ def trained(row: Row, folder: DesignFolder, home: Path, asked: Asked) -> Row:
             "progress": round(fmean(progress), 3),
             "episodes": len(won),
             "kept_perturbed": _kept(verdict) if successful else None,
+            "penalized_share": None if verdict.penalized_share is None else round(verdict.penalized_share, 4),
             "failed_checks": tuple(check.name for check in verdict.checks if not check.passed),
             "script": found.script,
             "motion": FinishedTraining.load(home).config.plays_the_motion,
@@ -269,12 +273,8 @@ def train_again(name: str, asked: Asked) -> None:
     arm, task, number = name.split("/")
     run = Run(HOME / "transcripts" / arm / task)
     rows = read_rows(RESULTS)
-    (old,) = (
-        row
-        for row in rows
-        if (row.arm, row.task.rpartition("/")[2], row.design) == (arm, task, int(number))
-        and is_current(row.task, row.benchmark_version)
-    )
+    alike = [row for row in rows if (row.arm, row.task.rpartition("/")[2], row.design) == (arm, task, int(number))]
+    old = max(alike, key=lambda row: row.benchmark_version)
     new = trained(old, run.design(int(number)), Path("build/teams/again", name, f"best-{asked.steps}"), asked)
     lines = [(new if row is old else row).model_dump_json() + "\n" for row in rows]
     replace_file(RESULTS, "".join(lines).encode())
@@ -324,6 +324,8 @@ def table(rows: Sequence[Row], floors: Sequence[Floor] = ()) -> str:
         "Intervals: Wilson, 95 %. *Steps*: the budget of the training; designs that fail with 60,000 may be trained "
         f"again with more (`--again`). *Floor*: the most that idling, the best of {CONSTANTS} constant actions or "
         f"random actions win in the scene of a successful design, of {FLOOR_EPISODES} held-out episodes (`--floors`). "
+        "*Penalized*: the share of the time of won episodes in which the task's penalty applied, for example because of "
+        "too large a force; success does not test it unless the task says so. "
         "*Perturbed, kept*: the share of success left in perturbed scenes (`--perturbed`). *Motion*: the policy "
         "begins with the script by which its designer saw the robot win, and corrects it, or it is a motion of a probe "
         "that learning did not beat; README.md says for which rows one was searched. *Version N*: of before the task "
@@ -343,9 +345,10 @@ def table(rows: Sequence[Row], floors: Sequence[Floor] = ()) -> str:
         "",
         "## Every design",
         "",
-        "| task | arm | concept | outcome | steps | valid | successful | episodes won | progress | perturbed, kept | "
+        "| task | arm | concept | outcome | steps | valid | successful | episodes won | progress | penalized | "
+        "perturbed, kept | "
         "floor | motion | iterations | calls | tokens | designing, wall s |",
-        "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|",
         *(
             line_of(row, floor_of.get(row.scene_sha256))
             for row in sorted(rows, key=lambda row: (row.task, row.arm, row.run, row.design))
@@ -394,6 +397,7 @@ def line_of(row: Row, floor: Floor | None = None) -> str:
     words = [row.task + changed, row.arm, row.concept, row.outcome]
     words += [f"{row.most_steps:,}" if row.steps else "", _yes(row.valid), _yes(row.successful)]
     words += [f"{row.success_share:.0%}", f"{row.progress:.2f}"]
+    words += ["" if row.penalized_share is None else f"{row.penalized_share:.0%}"]
     words += ["" if row.kept_perturbed is None else f"{row.kept_perturbed:.0%}"]
     words += [f"{max(floor.wins.values()) / floor.episodes:.0%}" if floor else "", _motion(row)]
     words += [str(row.iterations), str(row.calls)]

@@ -55,7 +55,7 @@ def test_the_best_is_chosen_without_a_look_at_held_out_variations(scene, monkeyp
     def play_motions(scene, motions, split, indices, threads, most_s=np.inf):
         played.append((split, len(motions), sorted(set(indices)), most_s))
         won = np.array([motion.groups[0].first for motion in motions]) == 1.0
-        return floors.EpisodeOutcomes(*[won] * 10)
+        return floors.EpisodeOutcomes(*[won] * 11)
 
     monkeypatch.setattr(floors, "play_motions", play_motions)
     (found,) = floors.measure(scene, ["constant"], 10, 1)

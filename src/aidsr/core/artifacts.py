@@ -403,6 +403,8 @@ class EpisodeResult(Artifact):
     """Longest time for which the goal held without interruption [s]."""
     passed: tuple[ExceededLimit, ...] = ()
     """Limits of the goal that were exceeded for any length of time."""
+    penalized_s: float | None = None
+    """Time in which the task's penalty applied, for example because of too large a force [s]; None in older results."""
 
 
 class PlausibilityCheck(Artifact):
@@ -526,6 +528,12 @@ class Evaluation(Artifact):
     def success_share(self) -> float:
         """Share of the episodes that succeeded."""
         return self.success_rate.share
+
+    @property
+    def penalized_share(self) -> float | None:
+        """Share of the time of successful episodes in which the task's penalty applied; None if unknown or none won."""
+        won = [one for one in self.episodes if one.ended == "succeeded" and one.penalized_s is not None]
+        return sum(one.penalized_s or 0.0 for one in won) / sum(one.time_s for one in won) if won else None
 
     @property
     def success_rate(self) -> Rate:

@@ -1,4 +1,4 @@
-"""Results of episodes in words: stage reached, time for which the goal was held, limits exceeded."""
+"""Results of episodes in words: stage reached, time for which the goal was held, limits exceeded, penalties."""
 
 from __future__ import annotations
 
@@ -34,8 +34,21 @@ def ends_in_words(episodes: Sequence[EpisodeResult], hold_s: float) -> list[str]
     return lines
 
 
-def mean_action_in_words(evaluation: Evaluation) -> list[str]:
-    """Return a line with the success of the constant mean action of a policy; empty if it was not measured."""
+def evaluation_in_words(evaluation: Evaluation) -> list[str]:
+    """Return lines on how the episodes of an evaluation ended, on penalties, and on the policy's constant mean action."""
+    return [
+        *ends_in_words(evaluation.episodes, evaluation.hold_s),
+        *_penalty_in_words(evaluation),
+        *_mean_action_in_words(evaluation),
+    ]
+
+
+def _penalty_in_words(evaluation: Evaluation) -> list[str]:
+    share = evaluation.penalized_share
+    return [f"the task's penalty applied in {share:.1%} of the time of the successful episodes"] if share else []
+
+
+def _mean_action_in_words(evaluation: Evaluation) -> list[str]:
     found = evaluation.mean_action
     if found is None:
         return []

@@ -11,7 +11,7 @@ from xml.sax.saxutils import quoteattr
 from pydantic import Field
 
 from aidsr.core.artifacts import Artifact, EpisodeResult, Vec3
-from aidsr.core.ends import ends_in_words, mean_action_in_words, rules_in_words
+from aidsr.core.ends import evaluation_in_words, rules_in_words
 from aidsr.core.errors import AidsrError, ReplyError, UserError
 from aidsr.core.extras import require_extra
 from aidsr.core.formatting import format_check
@@ -320,8 +320,7 @@ def _judged(
         f"variations (Wilson {low:.0%} to {high:.0%}), best progress {progress:.2f} on average, "
         f"{'' if found.valid else 'not '}valid",
         rules_in_words(found.episodes, time_limit_s=task.time_limit_s, failure=task.criteria.failure),
-        *ends_in_words(found.episodes, found.hold_s),
-        *mean_action_in_words(found),
+        *evaluation_in_words(found),
         *(f"not plausible: {check.message}: {format_check(check)}" for check in found.checks if not check.passed),
     ]
     figures = {"success": rate.share, "valid": float(found.valid), "progress": progress, "episodes": float(episodes)}

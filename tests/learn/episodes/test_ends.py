@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from tests.tools.carts import cart
 
-from aidsr.core.artifacts import EpisodeResult
-from aidsr.core.ends import ends_in_words, rules_in_words
+from aidsr.core.artifacts import EpisodeResult, Evaluation
+from aidsr.core.ends import ends_in_words, evaluation_in_words, rules_in_words
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import rollout
 from aidsr.tools.script_search import script_policy
@@ -102,3 +102,27 @@ def test_the_rules_that_end_episodes_are_counted() -> None:
     assert rules_in_words([ended("diverged")], time_limit_s=30.0, failure="") == (
         "1 episodes ended: 1 by a simulation that diverged"
     )
+
+
+def test_the_time_in_which_a_penalty_applied_is_kept_and_told(tmp_path: Path) -> None:
+    end = played(tmp_path, GOAL.replace("0.2", "0.55") + FAST, "drive: t=0 0.8, t=1 0.8, t=1.01 0.1")
+    assert end.penalized_s == pytest.approx(1.0, abs=0.08), "0.4 m/s of 0.3 m/s for 1 s"
+    assert played(tmp_path, GOAL + FAST, "drive: 0.5").penalized_s == 0.0
+
+
+def evaluated(*episodes: EpisodeResult) -> Evaluation:
+    return Evaluation(task="a/b", level="standard", benchmark_version=6, episodes=episodes, checks=())
+
+
+def test_penalties_are_told_of_successful_episodes_alone() -> None:
+    def ended(how: str, time_s: float, penalized_s: float | None) -> EpisodeResult:
+        numbers = {"progress": 1.0, "best_progress": 1.0, "reward": 0.0, "time_s": time_s}
+        return EpisodeResult(variation=0, ended=how, penalized_s=penalized_s, **numbers)
+
+    lost, clean = ended("out_of_time", 9.0, 9.0), ended("succeeded", 3.0, 0.0)
+    found = evaluated(ended("succeeded", 1.0, 0.5), clean, lost)
+    assert found.penalized_share == 0.125
+    assert evaluation_in_words(found) == ["the task's penalty applied in 12.5% of the time of the successful episodes"]
+    assert evaluation_in_words(evaluated(clean, lost)) == []
+    assert evaluated(lost).penalized_share is None
+    assert evaluated(ended("succeeded", 1.0, None)).penalized_share is None, "an older result"

@@ -74,7 +74,7 @@ def watched(
 ) -> Trace:
     best = max(step.progress for step in steps)
     zeros, ends = np.zeros(1), (np.array([end]) for end in (succeeded, failed, diverged))
-    course = EpisodeOutcomes(*ends, zeros, np.array([best]), zeros, np.array([steps[-1].time_s]), *[zeros] * 3)
+    course = EpisodeOutcomes(*ends, zeros, np.array([best]), zeros, np.array([steps[-1].time_s]), *[zeros] * 4)
     return Trace(steps, course, {steps[0].nearest: required_n}, free)
 
 

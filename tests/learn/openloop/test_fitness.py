@@ -26,7 +26,7 @@ def worth(goal, courses, against=None):
     sustained, no, zeros = SustainedProgress(task, n), np.zeros(n, dtype=bool), np.zeros(n)
     for now, bad in zip(progress.T, violation.T, strict=True):
         sustained(StepResult(np.zeros((n, 1), np.float32), zeros, now, bad, no, no, no, no, zeros))
-    return sustained.fitness(EpisodeOutcomes(no, no, no, progress[:, -1], progress.max(axis=1), *[zeros] * 5))
+    return sustained.fitness(EpisodeOutcomes(no, no, no, progress[:, -1], progress.max(axis=1), *[zeros] * 6))
 
 
 def test_a_motion_that_stays_near_is_worth_more_than_one_that_passes_through():

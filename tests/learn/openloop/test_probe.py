@@ -97,7 +97,7 @@ def test_a_motion_is_worth_its_progress_and_success_half_after_a_failure_and_not
 
     def worth(succeeded=no, failed=no, diverged=no):
         return fitness_of(
-            EpisodeOutcomes(succeeded, failed, diverged, np.array([0.2]), np.array([0.6]), *[zeros] * 5)
+            EpisodeOutcomes(succeeded, failed, diverged, np.array([0.2]), np.array([0.6]), *[zeros] * 6)
         ).tolist()
 
     assert worth() == pytest.approx([0.4])

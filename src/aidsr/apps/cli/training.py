@@ -19,7 +19,7 @@ from rich.table import Table
 from aidsr.apps.cli.reporting import print_unwrapped
 from aidsr.core.artifacts import Evaluation, PerturbedEpisodes
 from aidsr.core.config import VERDICT_EPISODES
-from aidsr.core.ends import ends_in_words, mean_action_in_words
+from aidsr.core.ends import evaluation_in_words
 from aidsr.core.formatting import format_check, format_time_left
 
 if TYPE_CHECKING:
@@ -228,7 +228,7 @@ def evaluating(
 def print_evaluation(console: Console, folder: Path, evaluation: Evaluation) -> None:
     """Print the evaluation of a policy: success, ends of its episodes, failed plausibility checks, perturbations."""
     print_evaluations(console, {folder: evaluation})
-    for line in [*ends_in_words(evaluation.episodes, evaluation.hold_s), *mean_action_in_words(evaluation)]:
+    for line in evaluation_in_words(evaluation):
         console.print(escape(line), soft_wrap=True)
     for check in evaluation.checks:
         if not check.passed:

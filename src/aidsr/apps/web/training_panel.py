@@ -21,7 +21,7 @@ from aidsr.apps.web.view3d import Episode
 from aidsr.apps.web.widgets import badge, box, button, fact, long_text, notice, text
 from aidsr.core.artifacts import EpisodeResult, Evaluation, PerturbedEpisodes
 from aidsr.core.config import BUDGET_STEPS
-from aidsr.core.ends import ends_in_words, mean_action_in_words
+from aidsr.core.ends import evaluation_in_words
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import format_check, format_duration, format_time_left
 from aidsr.learn.rl.recipe import is_hopeless
@@ -271,7 +271,7 @@ def _verdict(verdict: Evaluation, play: Play | None) -> None:
         fact("mean best progress", f"{sum(one.best_progress for one in episodes) / len(episodes):.2f}")
         fact("valid", "yes" if verdict.valid else "no")
         fact("successful", "yes" if verdict.successful else "no")
-    for line in [*ends_in_words(episodes, verdict.hold_s), *mean_action_in_words(verdict)]:
+    for line in evaluation_in_words(verdict):
         text(line, "small", "p")
     text("Plausibility checks", "label")
     with box("stack"):

@@ -54,6 +54,8 @@ class EpisodeOutcomes:
     """Stage of the task that the episode reached, in words."""
     passed: NDArray[np.object_]
     """Limits that the episode violated, a tuple of `ExceededLimit` each."""
+    penalized_s: FloatArray
+    """Time in which the task's penalty applied [s]."""
 
     def result(self, row: int, variation: int) -> EpisodeResult:
         """Return the outcome of one episode.
@@ -73,6 +75,7 @@ class EpisodeOutcomes:
             reached=self.reached[row],
             held_s=float(np.round(self.held_s[row], 6)),
             passed=self.passed[row],
+            penalized_s=float(np.round(self.penalized_s[row], 6)),
         )
 
 
@@ -88,7 +91,7 @@ def rollout(
     """
     n = episodes.n
     success, failure, diverged = np.zeros((3, n), dtype=np.bool_)
-    progress, best_progress, reward, time_s, held_s = np.zeros((5, n))
+    progress, best_progress, reward, time_s, held_s, penalized_s = np.zeros((6, n))
     while episodes.running.any():
         before = episodes.running
         result = episodes.step(policy.act(episodes.observation))
@@ -99,10 +102,11 @@ def rollout(
         progress, time_s = np.where(before, result.progress, progress), np.where(before, result.time_s, time_s)
         best_progress = np.maximum(best_progress, result.progress)
         held_s = np.maximum(held_s, episodes.held_s)
+        penalized_s += episodes.task.control_dt_s * (result.violation > 0.0)
         callback(result)
     reached, passed = np.empty((2, n), dtype=np.object_)
     for row in range(n):
         reached[row] = episodes.task.stage_reached(float(best_progress[row]), success=bool(success[row]))
         passed[row] = episodes.passed_limits(row)
     ends = (success, failure, diverged, progress, best_progress, reward, time_s)
-    return EpisodeOutcomes(*ends, held_s, reached, passed)
+    return EpisodeOutcomes(*ends, held_s, reached, passed, penalized_s)
