@@ -9,9 +9,9 @@ from aidsr.core.artifacts import Fault
 from aidsr.mjcf.elements import Element, attributes, elements, load_fault
 
 FORBIDDEN_ELEMENTS = {
-    "include": ("opens another file", "put its content here"),
-    "model": ("opens another file", "put its bodies here"),
-    "attach": ("attaches a model from another file", "put its bodies here"),
+    "include": ("opens another file", "put its content here (`aidsr import` does)"),
+    "model": ("opens another file", "put its bodies here (`aidsr import` does)"),
+    "attach": ("attaches a model from another file", "put its bodies here (`aidsr import` does)"),
     "extension": ("loads a native library", "model the mechanism with joints and tendons"),
     "plugin": ("calls a native library", "model the mechanism with joints and tendons"),
 }
@@ -30,5 +30,5 @@ def check_forbidden(root: Element) -> Iterator[Fault]:
         for attribute, _ in attributes(element):
             if _ATTRIBUTE.fullmatch(attribute):
                 problem = f"attribute '{attribute}' is not allowed, because models here use no files"
-                cure = "remove it and build shapes from primitive geoms"
+                cure = "remove it and build shapes from primitive geoms; `aidsr import` converts a robot of several files"
                 yield load_fault("forbidden", element, problem, cure=cure)

@@ -318,10 +318,19 @@ class Task(ABC):
         del state
         return ()
 
-    def stage_reached(self, progress: float, *, success: bool = False) -> str:
-        """Return in words which stage an episode with this progress has reached."""
+    def stage_reached(self, progress: float, *, success: bool = False, met: bool = False) -> str:
+        """Return in words which stage an episode has reached.
+
+        Args:
+            progress: Largest progress of the episode, 0 to 1.
+            success: Whether the episode succeeded.
+            met: Whether the condition of success held at some time. It can hold below progress 1, for example when a
+                button is pressed by the edge of the functional part.
+        """
         if success:
             return "held success"
+        if met and self.stages:
+            return f"{self.stages[-1][1]}, but success was not held"
         before = [words for start, words in self.stages if progress >= start - _ROUNDING]
         after = [words for start, words in self.stages if progress < start - _ROUNDING]
         if not self.stages:

@@ -220,7 +220,7 @@ def _script(scene: TaskScene, best: ProbeReport) -> tuple[str, Attempt]:
         variation=variation,
         tried=found.tried,
         progress=progress,
-        reached=scene.task.stage_reached(progress, success=succeeded),
+        reached=found.episode.reached,
         decisive=_is_decisive(scene.task, progress, succeeded=succeeded),
         succeeded=succeeded,
     )

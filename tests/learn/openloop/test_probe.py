@@ -194,6 +194,7 @@ def test_stages_are_told_in_words():
     assert task.stage_reached(0.2) == "begun, not yet at the button"
     assert task.stage_reached(0.55) == "at the button, not yet pressed"
     assert task.stage_reached(1.0) == "pressed, but success was not held"
+    assert task.stage_reached(0.8, met=True) == "pressed, but success was not held"
     assert task.stage_reached(1.0, success=True) == "held success"
     assert replace(task).stages == task.stages
 

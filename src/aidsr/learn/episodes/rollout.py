@@ -106,7 +106,9 @@ def rollout(
         callback(result)
     reached, passed = np.empty((2, n), dtype=np.object_)
     for row in range(n):
-        reached[row] = episodes.task.stage_reached(float(best_progress[row]), success=bool(success[row]))
+        reached[row] = episodes.task.stage_reached(
+            float(best_progress[row]), success=bool(success[row]), met=bool(held_s[row] > 0.0)
+        )
         passed[row] = episodes.passed_limits(row)
     ends = (success, failure, diverged, progress, best_progress, reward, time_s)
     return EpisodeOutcomes(*ends, held_s, reached, passed, penalized_s)

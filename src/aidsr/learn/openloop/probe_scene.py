@@ -132,7 +132,7 @@ def probe_scene(
         wall_s=round(time.monotonic() - began, 2),
         variations=found,
         same_motion_share=same_motion_share,
-        reached=scene.task.stage_reached(best.episode.best_progress, success=best.episode.ended == "succeeded"),
+        reached=best.episode.reached,
         hold_s=scene.task.hold_s,
         versions={"mujoco": mujoco.__version__},
     )

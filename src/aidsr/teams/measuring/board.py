@@ -79,8 +79,8 @@ class Board:
     def worked_on(self) -> tuple[str, ...]:
         """Return the robots of the last reply whose MJCF is shown: faulty ones, the last one made or used, the best.
 
-        While no robot is known to be the best, the last one is left out if the reply made or used several. A robot is
-        also left out if another one of these was made from it.
+        The last one is left out if the reply made or used several without a best one, or more than two: then it is just
+        the last of a list. A robot is also left out if another one of these was made from it.
         """
         if not self.exchanges:
             return ()
@@ -89,7 +89,7 @@ class Board:
         ahead = self._kept or self._best(self._done)
         leading = self._robot_of(ahead.subject) if ahead else ""
         touched = [name for one in reversed(last) if (name := self._robot_of(one.made or one.subject))]
-        changed = touched[:1] if leading or len(set(touched)) == 1 else []
+        changed = touched[:1] if len(set(touched)) <= (_MOST_DOCUMENTS if leading else 1) else []
         found = list(dict.fromkeys((*faulty, *changed, *([leading] if leading in touched else []))))
         told = [name for name in found if not any(name in self._ancestors(other) for other in found)]
         return tuple(told[:_MOST_DOCUMENTS])
