@@ -324,9 +324,10 @@ def table(rows: Sequence[Row], floors: Sequence[Floor] = ()) -> str:
         "Intervals: Wilson, 95 %. *Steps*: the budget of the training; designs that fail with 60,000 may be trained "
         f"again with more (`--again`). *Floor*: the most that idling, the best of {CONSTANTS} constant actions or "
         f"random actions win in the scene of a successful design, of {FLOOR_EPISODES} held-out episodes (`--floors`). "
-        "*Penalized*: the share of the time of won episodes in which the task's penalty applied, for example because of "
-        "too large a force; success does not test it unless the task says so. "
-        "*Perturbed, kept*: the share of success left in perturbed scenes (`--perturbed`). *Motion*: the policy "
+        "*Penalized*: the share of the time of won episodes in which the task's penalty applied, for example because "
+        "of too large a force; success does not test it unless the task says so. *Perturbed, kept*: successes in "
+        "perturbed scenes (`--perturbed`) relative to those without; above 100 % where lost variations are won. "
+        "*Motion*: the policy "
         "begins with the script by which its designer saw the robot win, and corrects it, or it is a motion of a probe "
         "that learning did not beat; README.md says for which rows one was searched. *Version N*: of before the task "
         "changed; a success of then does not count. Empty: not measured, or none.",
@@ -346,8 +347,7 @@ def table(rows: Sequence[Row], floors: Sequence[Floor] = ()) -> str:
         "## Every design",
         "",
         "| task | arm | concept | outcome | steps | valid | successful | episodes won | progress | penalized | "
-        "perturbed, kept | "
-        "floor | motion | iterations | calls | tokens | designing, wall s |",
+        "perturbed, kept | floor | motion | iterations | calls | tokens | designing, wall s |",
         "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|",
         *(
             line_of(row, floor_of.get(row.scene_sha256))

@@ -470,7 +470,7 @@ class PerturbedEpisodes(Artifact):
     @computed_field  # type: ignore[prop-decorator]
     @property
     def kept_share(self) -> float | None:
-        """Successes as a share of the successes without the perturbation; None if there are none of those."""
+        """Successes relative to those without the perturbation, above 1 if there are more; None if there are none."""
         return len(self.succeeded) / self.nominal_successes if self.nominal_successes else None
 
 

@@ -35,7 +35,7 @@ def ends_in_words(episodes: Sequence[EpisodeResult], hold_s: float) -> list[str]
 
 
 def evaluation_in_words(evaluation: Evaluation) -> list[str]:
-    """Return lines on how the episodes of an evaluation ended, on penalties, and on the policy's constant mean action."""
+    """Return lines on how the episodes of an evaluation ended, on penalties and on the constant mean action."""
     return [
         *ends_in_words(evaluation.episodes, evaluation.hold_s),
         *_penalty_in_words(evaluation),

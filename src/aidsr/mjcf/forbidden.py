@@ -30,5 +30,7 @@ def check_forbidden(root: Element) -> Iterator[Fault]:
         for attribute, _ in attributes(element):
             if _ATTRIBUTE.fullmatch(attribute):
                 problem = f"attribute '{attribute}' is not allowed, because models here use no files"
-                cure = "remove it and build shapes from primitive geoms; `aidsr import` converts a robot of several files"
+                cure = (
+                    "remove it and build shapes from primitive geoms; `aidsr import` converts a robot of several files"
+                )
                 yield load_fault("forbidden", element, problem, cure=cure)

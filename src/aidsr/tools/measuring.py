@@ -78,7 +78,9 @@ class How(Artifact):
         ),
     ] = 0.0
     script: Annotated[str, Field(description="The script that is played.")] = ""
-    variation: Annotated[int, Field(ge=0, description="The development variation of gaits or a script, any number from 0.")] = 0
+    variation: Annotated[
+        int, Field(ge=0, description="The development variation of gaits or a script, any number from 0.")
+    ] = 0
     variations: Several = ()
     seeds: Annotated[
         tuple[Seed, ...], Field(min_length=1, description="Of as many searches; gaits take the first.")
@@ -92,7 +94,9 @@ def play(
     workspace: Workspace,
     scene: SceneName,
     script: Annotated[str, Field(description=GRAMMAR)],
-    variation: Annotated[int, Field(ge=0, description="Which development variation of the job, any number from 0.")] = 0,
+    variation: Annotated[
+        int, Field(ge=0, description="Which development variation of the job, any number from 0.")
+    ] = 0,
     seconds: Annotated[float, Field(ge=0, description="How long, in s; the job's time unless given.")] = 0.0,
     distances: Pairs = (),
     variations: Several = (),
@@ -228,7 +232,8 @@ def _table(varied: str, rows: Sequence[tuple[str, Measured | AidsrError]], what:
 def _play_all(subject: MeasuredScene, how: How) -> list[Recording]:
     """Play a script in each of the requested variations and return the recordings."""
     variations = how.variations or (how.variation,)
-    return list(play_variations(subject, how.script, variations=variations, seconds=how.seconds, distances=how.distances))
+    played = play_variations(subject, how.script, variations=variations, seconds=how.seconds, distances=how.distances)
+    return list(played)
 
 
 def _measured(played: Recording) -> Measured:

@@ -94,7 +94,8 @@ class Session:
         if found is not None and not found.scene:
             raise ReplyError(f"The team gave up: {found.why}")
         if found is None and (trained := self.toolbox.exploration.succeeded()):
-            return Chosen(scene=trained[0], why=f"{trained[1][0].upper()}{trained[1][1:]}.", ended="Its training succeeded.")
+            scene, result = trained
+            return Chosen(scene=scene, why=f"{result[0].upper()}{result[1:]}.", ended="Its training succeeded.")
         if found is not None and not found.ended:
             spent = self.toolbox.spent
             ended = f"{spent.capitalize()}." if spent else "It finished before its budget ended."
