@@ -396,8 +396,9 @@ def table(plan: StudyPlan, rows: Sequence[Row], out: str = _OUT) -> str:
 _PERTURBED = (
     " *Perturbed, kept* is of successful policies alone: the share of their successes that they keep in the same "
     "variations with parameters, delay and cable friction off (docs/learning.md), mean over kinds and policies. "
-    "*Penalized* is the share of the time of their successful episodes in which the task's penalty applied, for example "
-    "because of too large a force; success does not test it unless the task says so; empty where rows do not record it."
+    "*Penalized* is the share of the time of their successful episodes in which the task's penalty applied, for "
+    "example because of too large a force; success does not test it unless the task says so; empty where rows do not "
+    "record it."
 )
 
 
