@@ -310,3 +310,11 @@ def test_variations_that_are_won_without_cables_are_told_from_those_that_need_th
         assert bool(listed) == bool(one.not_valid)
         if one.not_valid:
             assert one.phase.endswith(f"; not valid: {' and '.join(one.not_valid)}")
+
+
+def test_of_a_success_no_stage_is_told_as_missed(tmp_path: Path) -> None:
+    """Some tasks are done below progress 1: then the last stage has no time."""
+    found = play_once(cart(tmp_path, 9.0), "drive: 0.4", seconds=1.0)
+    some = found.model_copy(update={"stages": (("half way", 0.5), ("there", None))})
+    assert '; reached: "half way" at 0.5 s; not: "there"' in some.text()
+    assert '"there"' not in some.model_copy(update={"succeeded": True}).text()

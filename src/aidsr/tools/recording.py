@@ -218,7 +218,7 @@ class Recording(Artifact):
     def _progress(self) -> str:
         best = max(self.moments, key=lambda moment: moment.progress)
         reached = [f'"{words}" at {format_number(at)} s' for words, at in self.stages if at is not None]
-        missed = [f'"{words}"' for words, at in self.stages if at is None]
+        missed = [f'"{words}"' for words, at in self.stages if at is None and not self.succeeded]
         line = f"progress: best {best.progress:.2f} at {format_number(best.time_s)} s, {self.moments[-1].progress:.2f} "
         line += "at the end"
         if self.stages:
