@@ -31,8 +31,8 @@ def terminal(width: int = 80) -> Console:
 
 
 def test_time_left_goes_by_the_present_speed() -> None:
-    assert format_time_left(9000, 50.0) == "at most 3 min 0 s left"
-    assert format_time_left(-10, 50.0) == "at most 0.0 s left"
+    assert format_time_left(9000, 50.0) == "about 3 min 0 s left"
+    assert format_time_left(-10, 50.0) == "about 0.0 s left"
     assert format_time_left(9000, 0.0) == "–"
 
 
@@ -46,7 +46,7 @@ def test_a_training_shows_success_and_the_time_left_in_a_terminal_and_in_a_file(
         told = console.file.getvalue()
         assert "1000 steps" in told
         assert "success 25%" in told
-        assert "at most 3 min 0 s left" in told
+        assert "about 3 min 0 s left" in told
 
 
 @pytest.mark.parametrize(
