@@ -123,9 +123,20 @@ def test_view_finds_the_model_of_a_design(tmp_path) -> None:
     assert newest == ["designs/1/final.xml", "designs/2/02/robot.xml", "designs/3/02/scene.xml"]
     assert model_of(run.design(1).iteration(1).path).name == "scene.xml"
     assert model_of(tmp_path / "any.xml") == tmp_path / "any.xml"
+    with pytest.raises(UserError, match="this run has no design 9; it has: 1, 2, 3"):
+        model_of(run.path / "designs" / "9")
     for nothing in (run.path, tmp_path):
         with pytest.raises(UserError, match=r"is a run, not a design|is not a design"):
             model_of(nothing)
+
+
+@pytest.mark.parametrize("command", ["validate", "fix"])
+def test_a_folder_is_no_mjcf_file(tmp_path, capsys, command) -> None:
+    assert run_main(command, str(tmp_path)) == 2
+    assert f"{tmp_path} is a folder, not an MJCF file; name a file" in capsys.readouterr().err
+    (tmp_path / "final.xml").touch()
+    assert run_main(command, str(tmp_path)) == 2
+    assert f"for example {tmp_path / 'final.xml'}" in capsys.readouterr().err
 
 
 def test_view_finds_the_newest_of_a_hundred_iterations(tmp_path) -> None:
