@@ -146,6 +146,15 @@ def test_view_finds_the_newest_of_a_hundred_iterations(tmp_path) -> None:
     assert model_of(tmp_path) == tmp_path / "100" / "robot.xml"
 
 
+def test_resume_says_that_a_run_is_finished(tmp_path, capsys) -> None:
+    for ended, told in (("invalid", True), ("out_of_budget", False)):
+        run = new_run(tmp_path)
+        run.concepts.write(())
+        run.design(1).outcome.write(Outcome(outcome=ended, reason="made", iteration=1))
+        assert run_main("resume", str(run.path)) == 1
+        assert ("already finished" in capsys.readouterr().out) == told
+
+
 def test_resume_replaces_only_the_limits_that_are_given(tmp_path) -> None:
     run = new_run(tmp_path, budget=Budget(tokens=60, cost_usd=1))
     run.concepts.write(())
