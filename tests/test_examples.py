@@ -50,7 +50,8 @@ def test_the_examples_show_every_kind_of_goal():
 
 
 def test_there_is_a_template_for_each_kind_of_job():
-    assert set(templates()) == {"reach", "grasp", "carry", "turn", "crawl"}
+    assert set(templates()) == {"touch", "grasp", "carry", "turn", "crawl"}
+    assert parse_goal(templates()["touch"].goal).kind == "touch"
     for example in templates().values():
         lines = example.goal.splitlines()
         assert all("#" in line for line in lines if line.strip()), "each key of a template is explained"
@@ -69,7 +70,7 @@ def test_new_prints_commands_that_can_be_pasted(tmp_path, capsys):
     assert shlex.split(check)[2:] == [str(place / "environment.xml"), str(place / "goal.toml")]
 
 
-@pytest.mark.parametrize("like", ["reach", "grasp", "carry", "turn", "crawl"])
+@pytest.mark.parametrize("like", ["touch", "grasp", "carry", "turn", "crawl"])
 def test_new_writes_what_can_be_designed_for(tmp_path, like, capsys):
     place = tmp_path / "my job"
     assert call("new", place, "--like", like) == 0
