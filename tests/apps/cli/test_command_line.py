@@ -13,9 +13,11 @@ import aidsr.tasks
 from aidsr.apps.cli import app, main
 from aidsr.apps.cli.doctor import checks
 from aidsr.apps.cli.view import model_of
-from aidsr.core.artifacts import Outcome
+from aidsr.core.artifacts import EpisodeResult, Outcome
 from aidsr.core.config import Budget
 from aidsr.core.errors import ModelError, UserError
+from aidsr.learn.openloop.motion import Motion
+from aidsr.learn.openloop.report import ProbedVariation, ProbeReport
 from aidsr.loop.runner import run_designs
 from aidsr.mjcf.read import SIZE_LIMITS
 from aidsr.runs import layout_text
@@ -201,6 +203,23 @@ def test_show_prints_layout_status_and_files(tmp_path, monkeypatch, capsys) -> N
     assert all(word in said for word in ("approved", "stopped", "no answer from x", "aidsr resume", "final.xml"))
     titles = next(line for line in said.splitlines() if line.startswith("design "))
     assert titles.split() == ["design", "concept", "state", "iterations", "repairs", "tokens", "cost", "time"]
+    assert run.asked().objective in said
+    assert "probe" not in said
+    won = EpisodeResult(variation=0, ended="succeeded", progress=1, best_progress=1, time_s=1, reward=1)
+    probed = ProbedVariation(episode=won, family="pull", motion=Motion(begin_s=0, ramp_s=1, frequency_hz=1, groups=()))
+    report = ProbeReport(
+        task="gap", level="standard", benchmark_version=6, seed=0, candidates=16, searched_s=1, simulated_s=1,
+        wall_s=1, variations=(probed,), same_motion_share=1, reached="held success",
+    )  # fmt: skip
+    (run.design(1).path / "probe.json").write_text(report.model_dump_json())
+    assert run_main("show", str(run.path)) == 0
+    assert "design 1, probe: 1 of 1 variations solved, mean best progress 1.00" in capsys.readouterr().out
+    assert run_main("show", str(tmp_path)) == 0
+    listed = capsys.readouterr().out.splitlines()
+    assert [line.split() for line in listed[:2]] == [
+        ["run", "approved", "task", "or", "objective"],
+        [run.path.name, "1", "of", "2", *(run.asked().task or run.asked().objective).split()],
+    ]
     assert run_main("show", str(run.path), "--json") == 0
     status = json.loads(capsys.readouterr().out)
     assert [design["state"] for design in status["designs"]] == ["finished", "stopped"]
