@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from aidsr.apps.cli import main
+from aidsr.core.errors import UserError
 from aidsr.examples import examples, templates
 from aidsr.tasks import goal_task, parse_goal
 from aidsr.tasks.goals import KINDS
@@ -49,7 +50,8 @@ def test_the_examples_show_every_kind_of_goal():
 
 
 def test_there_is_a_template_for_each_kind_of_job():
-    assert set(templates()) == {"reach", "grasp", "carry", "turn", "crawl"}
+    assert set(templates()) == {"touch", "grasp", "carry", "turn", "crawl"}
+    assert parse_goal(templates()["touch"].goal).kind == "touch"
     for example in templates().values():
         lines = example.goal.splitlines()
         assert all("#" in line for line in lines if line.strip()), "each key of a template is explained"
@@ -68,7 +70,7 @@ def test_new_prints_commands_that_can_be_pasted(tmp_path, capsys):
     assert shlex.split(check)[2:] == [str(place / "environment.xml"), str(place / "goal.toml")]
 
 
-@pytest.mark.parametrize("like", ["reach", "grasp", "carry", "turn", "crawl"])
+@pytest.mark.parametrize("like", ["touch", "grasp", "carry", "turn", "crawl"])
 def test_new_writes_what_can_be_designed_for(tmp_path, like, capsys):
     place = tmp_path / "my job"
     assert call("new", place, "--like", like) == 0
@@ -106,6 +108,42 @@ def test_check_leaves_no_motion_of_an_earlier_one_where_no_body_could_be_placed(
     assert "No built-in robot could be placed" in " ".join(capsys.readouterr().out.split())
     assert (tmp_path / "bell" / "check.png").exists()
     assert not (tmp_path / "bell" / "check_motion.png").exists()
+
+
+def test_check_says_what_is_known_before_it_tries_bodies(tmp_path, capsys, monkeypatch):
+    def stop(*_words, **_names):
+        raise UserError("stopped")
+
+    assert call("new", tmp_path / "bell") == 0
+    monkeypatch.setattr(import_module("aidsr.teams.fitting.check"), "FittingDesigner", stop)
+    capsys.readouterr()
+    assert call("check", tmp_path / "bell" / "environment.xml", tmp_path / "bell" / "goal.toml") == 2
+    said = " ".join(capsys.readouterr().out.split())
+    assert "Success: " in said
+    assert "the place of work is 0.256 m away" in said
+
+
+def test_check_refuses_millimetres_at_once(tmp_path, capsys):
+    assert call("new", tmp_path / "bell") == 0
+    environment = tmp_path / "bell" / "environment.xml"
+    environment.write_text(environment.read_text().replace('name="mount" pos="0 0 0.5"', 'name="mount" pos="0 0 500"'))
+    assert call("check", environment, tmp_path / "bell" / "goal.toml") == 1
+    assert "are these millimetres?" in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.parametrize(("mount", "code"), [("mount", 0), ("monut", 1)])
+def test_check_describes_an_environment_without_a_goal(tmp_path, capsys, mount, code):
+    assert call("new", tmp_path / "bell") == 0
+    environment = tmp_path / "bell" / "environment.xml"
+    environment.write_text(environment.read_text().replace('name="mount"', f'name="{mount}"'))
+    capsys.readouterr()
+    assert call("check", environment) == code
+    said = " ".join(capsys.readouterr().out.split())
+    assert f"Mount: {mount} at" in said or "Mount: none" in said
+    assert "Body: bell at" in said
+    assert "write a goal" in said
+    assert ('did you mean "monut"?' in said) == (code == 1)
+    assert (tmp_path / "bell" / "check.png").exists()
 
 
 @pytest.mark.slow

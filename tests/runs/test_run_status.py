@@ -18,7 +18,7 @@ from aidsr.core.calls import CallRecord, Message, Question, Usage
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
 from aidsr.runs import EventLog, RecordedModel, Run, RunRecord, new_run, read_status
-from aidsr.runs.events import Event, Finished, Started, StepDone, StepStarted, Stopped, Waiting
+from aidsr.runs.events import Event, Finished, Started, StepDone, StepStarted, Stopped, Tried, Waiting
 from aidsr.runs.stages import iteration_stages
 
 CONCEPT = Concept(name="arm", interpretation="i", morphology="m", actuation="a", functional_part="tip", family="arm")
@@ -119,6 +119,7 @@ def test_states_of_a_run_follow_from_those_of_its_designs(run) -> None:
 BEGIN = datetime(2026, 1, 31, 10, tzinfo=UTC)
 PROPOSED = ((0, Started()), (0, StepStarted(step="concepts")), (5, StepDone(step="concepts")))
 GROWN = ((5, Started()), (5, StepStarted(step="robot", iteration=1)), (25, StepDone(step="robot", iteration=1)))
+TRIED = Tried(name="an arm", number=1, most=24, progress=0.3, succeeded=False, seconds=1)
 PAUSE = Stopped(cause="interrupted", message="by the person")
 
 
@@ -127,6 +128,8 @@ PAUSE = Stopped(cause="interrupted", message="by the person")
     [
         (PROPOSED[:2], (), 4, 4),
         ((*PROPOSED[:2], (3, PAUSE)), (), 9000, 3),
+        ((*PROPOSED[:2], (1, TRIED), (2, TRIED)), (), 4, 4),
+        ((*PROPOSED[:2], (1, TRIED), (3, TRIED), PROPOSED[2], (25, Finished())), (*GROWN, (25, Finished())), 9000, 25),
         ((*PROPOSED[:2], (3, PAUSE), (9000, Started()), (9000, StepStarted(step="concepts")),
           (9002, StepDone(step="concepts"))), (), 9900, 5),
         (PROPOSED, (*GROWN, (25, Waiting(iteration=1))), 43225, 25),

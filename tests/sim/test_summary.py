@@ -8,6 +8,7 @@ import pytest
 from aidsr.core.artifacts import EnvironmentSummary
 from aidsr.core.errors import MjcfError
 from aidsr.sim.environment_summary import summarize_environment
+from scenes import small_arm
 
 ENVIRONMENT = """
 <mujoco>
@@ -191,3 +192,13 @@ def test_where_no_robot_can_be_placed_is_refused_at_the_first_look(old: str, new
         summarized(text)
     assert len(caught.value.faults) == 1
     assert summarized(text, may_hold_robot=True)["mounts"]
+
+
+def test_a_robot_is_no_environment() -> None:
+    with pytest.raises(MjcfError, match="this is a robot, not an environment: it has cables with actuators") as caught:
+        summarize_environment(small_arm())
+    assert "--robot" in str(caught.value)
+    with_a_mount = small_arm().replace("<worldbody>", '<worldbody><site name="mount" pos="1 0 0"/>')
+    assert summarize_environment(with_a_mount).mounts[0].name == "mount"
+    cable = small_arm().partition("<actuator>")[0] + "</mujoco>"
+    assert summarize_environment(cable).mounts == (), "a cable that nothing pulls may be part of the surroundings"

@@ -114,7 +114,11 @@ def test_a_plan_is_frozen_when_its_study_begins(tmp_path: Path) -> None:
     assert create_study(tmp_path / "s", plan(versions={"python": "4.0"})).plan == plan()
     with pytest.raises(UserError, match="other steps; a plan cannot be changed"):
         create_study(tmp_path / "s", plan(steps=7))
-    with pytest.raises(UserError, match="is not a study folder"):
+    (tmp_path / "link").symlink_to(tmp_path / "s")
+    with pytest.raises(UserError, match=r"is not a study folder: study\.toml not found$"):
+        open_study(tmp_path)
+    (tmp_path / "run.json").touch()
+    with pytest.raises(UserError, match=r"study\.toml not found; it is a run: aidsr show "):
         open_study(tmp_path)
     (tmp_path / "s" / "study.toml").write_text("tasks = []\n")
     with pytest.raises(UserError, match="is not a study plan"):

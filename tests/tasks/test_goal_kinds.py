@@ -431,6 +431,19 @@ CANNOT = {
     ): "region: a region requires either `size_m`, of a box, or `radius_m`",
     BRING.format(1).replace('at = "bin", ', ""): "region: a region requires either `center_m`, a point, or `at`",
     BRING.format(1).replace("radius_m", "radius"): 'unknown key "region.radius" (did you mean "radius_m"?)',
+    BRING.format(1).replace("targets =", "target ="): (
+        'unknown key "target"; rename it to "targets", a list: targets = [\'pellet_*\']'
+    ),
+    BRING.format(1).replace('targets = ["pellet_*"]', 'target = "pellet_1"'): 'targets = ["pellet_1"]',
+    BRING.format(1).replace("targets =", "targts ="): "this kind has hold_s,",
+    BRING.format(1).replace('["pellet_*"]', '"pellet_*"'): "targets: it must be a list, in brackets; found 'pellet_*'",
+    'target = "drawer"\n' + STAGES: 'unknown key "target"; a stage has a target, not the whole goal',
+    'kind = "touch"\ntarget = "floor"': '"floor" is a geom, not a body; put it into a <body name="floor">',
+    'kind = "reach"\ntarget = "hub"': '"hub" is a geom, not a body; name its body, "valve"',
+    BRING.format(1).replace("pellet_*", "floor"): '"floor" is a geom, not a body',
+    LIMITED + '[[limits]]\nkind = "force"\non = "floor"\nat_most_n = 1': (
+        'limits 1: "floor" is a geom, not a body; put it into a <body name="floor">'
+    ),
     FOLLOW.replace('"c"', '"d"'): 'unknown site "d"',
     'kind = "follow"\nsites = ["a"]': "a path needs two points or more",
     'kind = "follow"\npath_m = [[0, 0, 0], [0, 0]]': "path_m: 2 numbers instead of three",
@@ -491,6 +504,12 @@ def test_as_many_stages_as_anyone_writes_have_a_progress():
     progress, met = played(task, 69 * [seen])
     assert met
     assert progress[:2] == pytest.approx([2 / 70, 3 / 70])
+
+
+def test_a_free_joint_is_called_one():
+    room = ROOM.replace("<freejoint/>", '<freejoint name="loose"/>', 1)
+    with pytest.raises(UserError, match='"loose" is a free joint, which has no angle to turn; use a lift, travel or'):
+        made(TURN.replace("stem", "loose"), room)
 
 
 def test_what_joints_allow_is_not_refused():

@@ -192,6 +192,12 @@ MISTAKES = {
     'kind = "travel"\ndistance_m = 1\ndirection = [1, 0]': "direction: 2 numbers instead of three",
     'kind = "travel"\ndistance_m = 1\ndirection = [1, 0, 0, 0]': "4 numbers instead of three, for x, y and z",
     'kind = "travel"\ndistance_m = 1\ndirection = [1, nan, 0]': "use a finite one other than zero",
+    'kind = "reach"\ntarget = "hook"\nvary_m = 0.002': "vary_m: three numbers, [x, y, z] in metres; found 0.002",
+    'kind = "reach"\ntarget = "hook"\nvary_m = [0, -1, 0]': (
+        "vary_m.2: three numbers of at least 0, [x, y, z] in metres; found -1"
+    ),
+    'kind = "travel"\ndistance_m = 1\ndirection = "x"': "direction: three numbers, [x, y, z]; found 'x'",
+    'kind = "follow"\npath_m = [1, 2]': "path_m.1: three numbers, [x, y, z] in metres for each point; found 1",
     'kind = "travel"\ndistance_m = 1\nvary_m = [1, 0, 0]': "vary_m requires a target",
     'kind = "travel"\ndistance_m = 1\nvary_m = [1, 0]': "2 numbers instead of three",
     'kind = "touch"\ntarget = "post"\nforce_n = 2\nat_most_n = 1': "at_most_n (1 N) must be more than force_n (2 N)",

@@ -125,13 +125,13 @@ def format_duration(seconds: float) -> str:
 
 
 def format_time_left(steps: float, per_s: float) -> str:
-    """Return the longest time that the remaining steps can take, as text; "–" if the speed is unknown.
+    """Return about how long the remaining steps take, as text; "–" if the speed is unknown.
 
     Args:
         steps: Remaining steps; the work may end earlier.
         per_s: Recent speed [steps/s].
     """
-    return f"at most {format_duration(max(steps, 0.0) / per_s)} left" if per_s > 0 else "–"
+    return f"about {format_duration(max(steps, 0.0) / per_s)} left" if per_s > 0 else "–"
 
 
 def format_repairs(counts: Mapping[str, int]) -> str:

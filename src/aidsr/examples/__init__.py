@@ -45,5 +45,5 @@ def examples() -> dict[str, Example]:
 
 
 def templates() -> dict[str, Example]:
-    """Return the templates of `aidsr new` by kind of job: "reach", "grasp", "carry", "turn", "crawl"."""
+    """Return the templates of `aidsr new` by kind of job: "touch", "grasp", "carry", "turn", "crawl"."""
     return {example.like: example for example in examples().values() if example.like}

@@ -86,9 +86,13 @@ def open_mjcf(path: Path) -> str:
     """Return the text of a file; a file that is too large is refused without being read.
 
     Raises:
-        UserError: The file does not exist, or is not text.
+        UserError: The file does not exist, is a folder, or is not text.
         MjcfError: The file is too large.
     """
+    if path.is_dir():
+        inside = min((file.name for file in path.glob("*.xml")), default="")
+        cure = f"name the file, for example {path / inside}" if inside else "name a file"
+        raise UserError(f"{path} is a folder, not an MJCF file; {cure}")
     try:
         size = path.stat().st_size
         if size > SIZE_LIMITS.characters:

@@ -14,6 +14,7 @@ from aidsr.runs.events import (
     Event,
     StepStarted,
     Stopped,
+    Tried,
     Waiting,
     read_events,
     working_time_s,
@@ -169,7 +170,9 @@ def _proposing_s(events: Sequence[Event], now: datetime | None) -> float:
     Later events of the run's log do not count: the log continues while designs are made and wait.
     """
     last = max((at for at, event in enumerate(events) if isinstance(event, StepStarted)), default=-1)
-    return working_time_s(events[: last + 2], now if last == len(events) - 1 else None)
+    # a Designer that tries bodies writes an event for each of them
+    end = next((at for at in range(last + 1, len(events)) if not isinstance(events[at], Tried)), None)
+    return working_time_s(events if end is None else events[: end + 1], now if end is None else None)
 
 
 def _state(events: Sequence[Event]) -> State:

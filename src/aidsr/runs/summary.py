@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import shlex
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -158,5 +159,6 @@ def _data_address(png: Path | None) -> str:
 def _template() -> Template:
     return html_template(
         Path(__file__).with_name("summary.html.j2"),
+        quoted=lambda path: shlex.quote(str(path)),
         numbers=lambda values: ", ".join(f"{value:.3g}" for value in values),
     )

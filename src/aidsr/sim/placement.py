@@ -48,7 +48,8 @@ def check_environment(environment: Loaded) -> None:
     """Check that a robot can be placed in an environment.
 
     Raises:
-        MjcfError: Names of the environment begin with the robot's prefix, or its time step is not positive.
+        MjcfError: Names of the environment begin with the robot's prefix, its time step is not positive, or it is a
+            robot: it has driven cables and no mount.
     """
     faults = []
     named = (element.get("name", element.get("class", "")) for element in elements(environment.document.root))
@@ -61,8 +62,24 @@ def check_environment(environment: Loaded) -> None:
     if timestep_s <= 0:
         found = f"the environment's timestep must be above 0 s, found {timestep_s:g} s"
         faults.append(_fault("bad_value", (), found, 'write <option timestep="0.002"/>'))
+    cables = () if mount_names(environment.model) else _driven_cables(environment.model)
+    if cables:
+        cure = "give the surroundings without it (a robot to start from: --robot)"
+        found = f'this is a robot, not an environment: it has cables with actuators and no site named "mount"; {cure}'
+        faults.append(_fault("load_error", cables, found, cure))
     if faults:
         raise MjcfError(faults)
+
+
+def _driven_cables(model: mujoco.MjModel) -> tuple[str, ...]:
+    """Return the names of the spatial tendons on which actuators act."""
+    driven = {
+        int(model.actuator_trnid[actuator, 0])
+        for actuator in range(model.nu)
+        if model.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_TENDON
+    }
+    spatial = (at for at in sorted(driven) if model.wrap_type[model.tendon_adr[at]] != mujoco.mjtWrap.mjWRAP_JOINT)
+    return tuple(model.tendon(at).name or "a tendon without a name" for at in spatial)
 
 
 def mount_names(environment: mujoco.MjModel) -> tuple[str, ...]:

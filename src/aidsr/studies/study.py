@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -216,12 +217,13 @@ def open_study(path: Path) -> Study:
     Raises:
         UserError: The folder holds no study, its plan cannot be read, or it contains links or other special files.
     """
+    if not (path / "study.toml").exists():
+        a_run = f"; it is a run: aidsr show {shlex.quote(str(path))}" if (path / "run.json").exists() else ""
+        raise UserError(f"{path} is not a study folder: study.toml not found{a_run}")
     require_plain_tree(path)
     try:
         text = read_text_file(path / "study.toml", max_bytes=_MAX_BYTES)
         return Study(path, StudyPlan.model_validate(fill_protocol(parse_toml(text))))
-    except (FileNotFoundError, NotADirectoryError):
-        raise UserError(f"{path} is not a study folder: study.toml not found") from None
     except ValidationError as error:
         raise UserError(f"{path / 'study.toml'} is not a study plan: {first_error(error)}; {_RESTORE}") from None
     except ValueError as error:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
-from aidsr.apps.cli.progress import Lines, Panel, follow_run
+from aidsr.apps.cli.progress import Lines, Panel, follow_run, how_to_resume
 from aidsr.apps.cli.reporting import print_introduction
 from aidsr.apps.cli.review_prompt import ReviewPrompt, parse_answer
 from aidsr.apps.cli.training import TrainingBar, evaluating
@@ -22,7 +22,7 @@ from aidsr.learn.rl.recipe import PROTOCOLS, recipe_of
 from aidsr.loop.human import DecisionFile
 from aidsr.loop.runner import run_designs
 from aidsr.runs import read_status
-from aidsr.runs.events import StepDone, StepStarted, Waiting
+from aidsr.runs.events import EventLog, StepDone, StepStarted, Tried, Waiting
 from scripted import Script, Scripted, new_run, parts
 
 
@@ -31,8 +31,8 @@ def terminal(width: int = 80) -> Console:
 
 
 def test_time_left_goes_by_the_present_speed() -> None:
-    assert format_time_left(9000, 50.0) == "at most 3 min 0 s left"
-    assert format_time_left(-10, 50.0) == "at most 0.0 s left"
+    assert format_time_left(9000, 50.0) == "about 3 min 0 s left"
+    assert format_time_left(-10, 50.0) == "about 0.0 s left"
     assert format_time_left(9000, 0.0) == "–"
 
 
@@ -46,7 +46,7 @@ def test_a_training_shows_success_and_the_time_left_in_a_terminal_and_in_a_file(
         told = console.file.getvalue()
         assert "1000 steps" in told
         assert "success 25%" in told
-        assert "at most 3 min 0 s left" in told
+        assert "about 3 min 0 s left" in told
 
 
 @pytest.mark.parametrize(
@@ -280,3 +280,13 @@ def test_words_for_money_and_time() -> None:
 def test_a_noun_follows_its_number() -> None:
     told = [counted(1, "fix"), counted(0, "fix"), counted(2, "policy"), counted(3, "search"), counted(2, "task")]
     assert told == ["1 fix", "0 fixes", "2 policies", "3 searches", "2 tasks"]
+
+
+def test_an_interrupted_search_over_bodies_is_said_to_start_again(tmp_path):
+    run = new_run(tmp_path / "my runs")
+    assert how_to_resume(run).startswith("Finished work is kept; resume with [bold]aidsr resume '")
+    with EventLog(run.events) as log:
+        log.write(Tried(name="an arm", number=1, most=24, progress=0.3, succeeded=False, seconds=1))
+    assert "but not the search over bodies, which starts again" in how_to_resume(run)
+    run.concepts.write(())
+    assert "starts again" not in how_to_resume(run)

@@ -13,9 +13,11 @@ import aidsr.tasks
 from aidsr.apps.cli import app, main
 from aidsr.apps.cli.doctor import checks
 from aidsr.apps.cli.view import model_of
-from aidsr.core.artifacts import Outcome
+from aidsr.core.artifacts import EpisodeResult, Outcome
 from aidsr.core.config import Budget
 from aidsr.core.errors import ModelError, UserError
+from aidsr.learn.openloop.motion import Motion
+from aidsr.learn.openloop.report import ProbedVariation, ProbeReport
 from aidsr.loop.runner import run_designs
 from aidsr.mjcf.read import SIZE_LIMITS
 from aidsr.runs import layout_text
@@ -123,9 +125,20 @@ def test_view_finds_the_model_of_a_design(tmp_path) -> None:
     assert newest == ["designs/1/final.xml", "designs/2/02/robot.xml", "designs/3/02/scene.xml"]
     assert model_of(run.design(1).iteration(1).path).name == "scene.xml"
     assert model_of(tmp_path / "any.xml") == tmp_path / "any.xml"
+    with pytest.raises(UserError, match="this run has no design 9; it has: 1, 2, 3"):
+        model_of(run.path / "designs" / "9")
     for nothing in (run.path, tmp_path):
         with pytest.raises(UserError, match=r"is a run, not a design|is not a design"):
             model_of(nothing)
+
+
+@pytest.mark.parametrize("command", ["validate", "fix"])
+def test_a_folder_is_no_mjcf_file(tmp_path, capsys, command) -> None:
+    assert run_main(command, str(tmp_path)) == 2
+    assert f"{tmp_path} is a folder, not an MJCF file; name a file" in capsys.readouterr().err
+    (tmp_path / "final.xml").touch()
+    assert run_main(command, str(tmp_path)) == 2
+    assert f"for example {tmp_path / 'final.xml'}" in capsys.readouterr().err
 
 
 def test_view_finds_the_newest_of_a_hundred_iterations(tmp_path) -> None:
@@ -133,6 +146,15 @@ def test_view_finds_the_newest_of_a_hundred_iterations(tmp_path) -> None:
         (tmp_path / name).mkdir()
         (tmp_path / name / "robot.xml").touch()
     assert model_of(tmp_path) == tmp_path / "100" / "robot.xml"
+
+
+def test_resume_says_that_a_run_is_finished(tmp_path, capsys) -> None:
+    for ended, told in (("invalid", True), ("out_of_budget", False)):
+        run = new_run(tmp_path)
+        run.concepts.write(())
+        run.design(1).outcome.write(Outcome(outcome=ended, reason="made", iteration=1))
+        assert run_main("resume", str(run.path)) == 1
+        assert ("already finished" in capsys.readouterr().out) == told
 
 
 def test_resume_replaces_only_the_limits_that_are_given(tmp_path) -> None:
@@ -181,6 +203,23 @@ def test_show_prints_layout_status_and_files(tmp_path, monkeypatch, capsys) -> N
     assert all(word in said for word in ("approved", "stopped", "no answer from x", "aidsr resume", "final.xml"))
     titles = next(line for line in said.splitlines() if line.startswith("design "))
     assert titles.split() == ["design", "concept", "state", "iterations", "repairs", "tokens", "cost", "time"]
+    assert run.asked().objective in said
+    assert "probe" not in said
+    won = EpisodeResult(variation=0, ended="succeeded", progress=1, best_progress=1, time_s=1, reward=1)
+    probed = ProbedVariation(episode=won, family="pull", motion=Motion(begin_s=0, ramp_s=1, frequency_hz=1, groups=()))
+    report = ProbeReport(
+        task="gap", level="standard", benchmark_version=6, seed=0, candidates=16, searched_s=1, simulated_s=1,
+        wall_s=1, variations=(probed,), same_motion_share=1, reached="held success",
+    )  # fmt: skip
+    (run.design(1).path / "probe.json").write_text(report.model_dump_json())
+    assert run_main("show", str(run.path)) == 0
+    assert "design 1, probe: 1 of 1 variations solved, mean best progress 1.00" in capsys.readouterr().out
+    assert run_main("show", str(tmp_path)) == 0
+    listed = capsys.readouterr().out.splitlines()
+    assert [line.split() for line in listed[:2]] == [
+        ["run", "approved", "task", "or", "objective"],
+        [run.path.name, "1", "of", "2", *(run.asked().task or run.asked().objective).split()],
+    ]
     assert run_main("show", str(run.path), "--json") == 0
     status = json.loads(capsys.readouterr().out)
     assert [design["state"] for design in status["designs"]] == ["finished", "stopped"]

@@ -19,8 +19,10 @@ from aidsr.apps.cli import main
 from aidsr.apps.cli.training import train_designs
 from aidsr.core.artifacts import ActuatorGroup, Evaluation, Outcome, Robot
 from aidsr.core.config import RunConfig
+from aidsr.core.errors import UserError
 from aidsr.learn.rl import isolated_learning, training
 from aidsr.learn.rl.isolated_learning import run_training
+from aidsr.learn.rl.trained import FinishedTraining
 from aidsr.learn.rl.training_config import TrainingConfig
 from aidsr.learn.rl.training_folder import FolderInUseError, TrainingFolder
 from aidsr.runs.folders import DesignFolder, Run, new_run
@@ -299,3 +301,13 @@ def test_an_objective_in_words_cannot_be_trained_without_a_task(design, capsys):
     record.write_text(record.read_text().replace("grasping/dynamic_catching", ""))
     assert run_main("train", design) == 2
     assert "no measure of success" in capsys.readouterr().err
+
+
+def test_a_folder_of_trainings_names_the_last_of_them(tmp_path: Path) -> None:
+    (tmp_path / "training" / "002").mkdir(parents=True)
+    (tmp_path / "training" / "002" / "training.json").touch()
+    for folder in (tmp_path, tmp_path / "training"):
+        with pytest.raises(UserError, match=r"Name one of its trainings: .*training/002$"):
+            FinishedTraining.load(folder)
+    with pytest.raises(UserError, match=r"Train first, with aidsr train$"):
+        FinishedTraining.load(tmp_path / "elsewhere")

@@ -11,12 +11,12 @@ from cyclopts.validators import Number
 from aidsr.apps.cli.flag import Flag
 
 if TYPE_CHECKING:
-    from aidsr.teams.fitting.check import GoalCheck
+    from collections.abc import Iterable
 
 
 def check(
     environment: Path,
-    goal: Path,
+    goal: Path | None = None,
     /,
     *,
     out: Path | None = None,
@@ -27,19 +27,22 @@ def check(
 
     Draws the environment, prints what is judged, where a robot can be mounted and how far away the target is, and tests
     the goal with a built-in robot: without actions, with random actions and with open-loop motions. Exit code 0: the
-    goal is a valid measure. 1: a robot succeeds without actions or with random actions, a target moves by itself, or no
-    robot could be placed for the test. 2: a mistake in a file.
+    goal is a valid measure. 1: a robot succeeds without actions or with random actions, a target moves by itself, no
+    robot could be placed for the test, a mount is misspelt, or the target is far out of reach. 2: a mistake in a file.
 
         aidsr check environment.xml goal.toml
+
+        aidsr check environment.xml
 
     Parameters
     ----------
     environment
         MJCF of the environment, without the robot.
     goal
-        TOML file of the goal.
+        TOML file of the goal. Without it, only the environment is described.
     out
-        PNG file of the picture; the picture of the motion is written beside it. Default: check.png beside the goal.
+        PNG file of the picture; the picture of the motion is written beside it. Default: check.png beside the goal, or
+        beside the environment without a goal.
     seed
         Seed of the robot and of the random actions.
     json
@@ -49,25 +52,45 @@ def check(
 
     from aidsr.apps.cli.terminal import make_console, write_document
     from aidsr.core.errors import MjcfError, UserError
+    from aidsr.mjcf.read import open_mjcf
+    from aidsr.render.pictures import picture as draw
     from aidsr.runs.files import replace_file
-    from aidsr.teams.fitting.check import check_goal
+    from aidsr.tasks import goal_task, read_goal
+    from aidsr.teams.fitting.check import check_task
+    from aidsr.teams.fitting.facts import environment_facts, goal_facts
 
-    picture = out or goal.parent / "check.png"
+    picture = out or (goal or environment).parent / "check.png"
     if picture.suffix.lower() != ".png":
         raise UserError(f"--out {picture} is not a PNG file; give a file name that ends in .png")
     if not picture.parent.is_dir():
         raise UserError(f"cannot write {picture}: the folder {picture.parent} does not exist")
     console = make_console(to_stderr=True, soft_wrap=True)
-    with console.status("reading the files") as status:
+    try:
+        if goal is None:
+            mjcf = open_mjcf(environment)
+            alone = environment_facts(mjcf)
+            replace_file(picture, draw(mjcf))
+            if json:
+                write_document(alone.model_dump_json(indent=2) + "\n")
+            else:
+                _print(alone.lines, alone.faults)
+                _print(["Next: write a goal; without one nothing can be tried, probed or trained (docs/goals.md)"])
+                _print_pictures([picture])
+            return 1 if alone.faults else 0
+        with console.status("reading the files"):
+            task = goal_task(read_goal(goal), open_mjcf(environment))
+            facts = goal_facts(task)
+        if not json:
+            _print(facts.fact_lines)  # before the trials, which take minutes
+        with console.status("trying the goal") as status:
 
-        def listen(step: str) -> None:
-            console.print(escape(step), style="dim")
-            status.update(escape(step))
+            def listen(step: str) -> None:
+                console.print(escape(step), style="dim")
+                status.update(escape(step))
 
-        try:
-            found = check_goal(environment, goal, seed=seed, listen=listen)
-        except MjcfError as error:
-            raise UserError(f"the environment {environment} cannot be loaded: {error}") from None
+            found = check_task(task, seed=seed, listen=listen)
+    except MjcfError as error:
+        raise UserError(f"the environment {environment} cannot be loaded: {error}") from None
     strip = picture.with_name(f"{picture.stem}_motion.png")
     replace_file(picture, found.picture)
     drawn = [picture]
@@ -79,19 +102,28 @@ def check(
     if json:
         write_document(found.model_dump_json(indent=2, exclude={"picture", "strip", "scene"}) + "\n")
     else:
-        _print(found, drawn)
+        _print(found.trial_lines, found.problems)
+        _print_pictures(drawn)
     return 1 if found.problems else 0
 
 
-def _print(found: GoalCheck, drawn: list[Path]) -> None:
+def _print(lines: Iterable[str], problems: Iterable[str] = ()) -> None:
     from rich.markup import escape
 
     from aidsr.apps.cli.terminal import make_console
 
     say = make_console(soft_wrap=True).print
-    for line in found.lines[: len(found.lines) - len(found.problems)]:
+    for line in lines:
         title, _, words = line.partition(": ")
         say(f"[bold]{escape(title)}[/]: {escape(words)}")
-    for problem in found.problems:
+    for problem in problems:
         say(f"[red]{escape(problem)}[/]")
+
+
+def _print_pictures(drawn: Iterable[Path]) -> None:
+    from rich.markup import escape
+
+    from aidsr.apps.cli.terminal import make_console
+
+    say = make_console(soft_wrap=True).print
     say(f"Picture: {escape('; best motion: '.join(str(file) for file in drawn))}", style="dim")

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
-Like = Literal["reach", "grasp", "carry", "turn", "crawl"]
+Like = Literal["touch", "grasp", "carry", "turn", "crawl"]
 
 
-def new(name: Path, /, *, like: Like = "reach") -> int:
+def new(name: Path, /, *, like: Like = "touch") -> int:
     """Write a template for a job of your own: an environment, a goal and a script that checks them.
 
         aidsr new tap --like turn

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass
 from types import TracebackType
@@ -25,7 +26,7 @@ from aidsr.loop.parts import Parts
 from aidsr.loop.runner import run_designs
 from aidsr.runs import Run, read_status
 from aidsr.runs.event_text import DOING, sentence
-from aidsr.runs.events import Event, StepDone, StepStarted
+from aidsr.runs.events import Event, StepDone, StepStarted, Tried, read_events
 from aidsr.runs.status import newest
 from aidsr.teams.providers import is_offline
 
@@ -45,17 +46,19 @@ def follow_run(run: Run, parts: Parts) -> int:
 
             run_designs(run, parts, on_event)
     except KeyboardInterrupt:
-        console.print(
-            f"\nInterrupted. Finished work is kept; resume with [bold]aidsr resume {escape(str(run.path))}[/]",
-            soft_wrap=True,
-        )
+        console.print(f"\nInterrupted. {how_to_resume(run)}", soft_wrap=True)
         return 130
     except AidsrError:
-        console.print(
-            f"\nFinished work is kept; resume with [bold]aidsr resume {escape(str(run.path))}[/]", soft_wrap=True
-        )
+        console.print(f"\n{how_to_resume(run)}", soft_wrap=True)
         raise
     return print_result(console, run)
+
+
+def how_to_resume(run: Run) -> str:
+    """Return what is kept of a run that was ended early, and how to resume it, as rich markup."""
+    searched = run.concepts.read() is None and any(isinstance(event, Tried) for event in read_events(run.events))
+    kept = "Finished work is kept" + ", but not the search over bodies, which starts again" * searched
+    return f"{kept}; resume with [bold]aidsr resume {escape(shlex.quote(str(run.path)))}[/]"
 
 
 class View(Protocol):

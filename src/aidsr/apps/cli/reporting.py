@@ -12,8 +12,10 @@ from rich.table import Table
 from rich.text import Text
 
 from aidsr.core.config import BUILTIN
+from aidsr.core.errors import UserError
 from aidsr.core.formatting import format_cost, format_duration, format_tokens
 from aidsr.runs import DesignStatus, Run, RunStatus, read_status
+from aidsr.runs.files import JsonFile
 from aidsr.runs.trainings import trainings_of, verdict_in_words
 from aidsr.teams.providers import destination, is_offline, provider_of
 from aidsr.teams.providers.manual import prompts_directory
@@ -72,6 +74,35 @@ def print_status(console: Console, run: Run, status: RunStatus) -> None:
     if status.state != "finished":
         when = "Resume" if status.state == "stopped" else "If no process is running it, resume"
         console.print(f"{when} with [bold]aidsr resume {escape(str(run.path))}[/]", soft_wrap=True)
+
+
+def print_probes(console: Console, run: Run) -> None:
+    """Print one line for each design that was probed."""
+    from aidsr.learn.openloop.report import ProbeReport
+
+    for folder in run.designs:
+        report = JsonFile(folder.path / "probe.json", ProbeReport).read()
+        if report is not None:
+            console.print(
+                f"design {folder.number}, probe: {report.won} of {len(report.variations)} variations solved, mean best "
+                f"progress {report.progress:.2f}",
+                soft_wrap=True,
+            )
+
+
+def print_runs(console: Console, runs: Sequence[Run]) -> None:
+    """Print one line for each run: its name, its task or objective, and how many designs are approved."""
+    table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="dim")
+    for title in ("run", "approved", "task or objective"):
+        table.add_column(title)
+    for run in runs:
+        try:
+            status = read_status(run)
+            cells = f"{status.approved} of {len(status.designs)}", status.record.task or status.record.objective
+        except UserError as error:
+            cells = "–", str(error)
+        table.add_row(escape(run.name), *map(escape, cells))
+    print_unwrapped(console, table)
 
 
 def _print_designs(console: Console, designs: Sequence[DesignStatus]) -> None:

@@ -33,12 +33,18 @@ def resume(
         Allow a run that was not made here to send its prompts and your API key to the address in its run.json.
     """
     from aidsr.apps.cli.progress import follow_run
+    from aidsr.apps.cli.terminal import make_console
     from aidsr.apps.cli.trust import confirmed
     from aidsr.loop.run import parts_of, replace_budget, require_run_is_ours
-    from aidsr.runs import Run
+    from aidsr.runs import Run, read_status
 
     found = Run(run)
     if limits is not None and limits != Limits():
         replace_budget(found, merged_limits(found.budget(), limits.given))
+    status = read_status(found)
+    if status.state == "finished" and not any(
+        design.outcome is not None and design.outcome.outcome == "out_of_budget" for design in status.designs
+    ):
+        make_console().print("This run is already finished; nothing is repeated.\n")
     confirmed(partial(require_run_is_ours, found), trust)
     return follow_run(found, parts_of(found))

@@ -14,39 +14,50 @@ def show(
     json: Flag = False,
     layout: Flag = False,
 ) -> int:
-    """Show the status of a run and the files it holds.
+    """Show the status of a run and the files it holds, or list the runs in a folder.
 
         aidsr show runs/2026-01-31_1002_button_pushing_7f3a
 
         aidsr show runs/2026-01-31_1002_button_pushing_7f3a --json
+
+        aidsr show runs
 
         aidsr show --layout
 
     Parameters
     ----------
     run
-        Folder of the run.
+        Folder of the run, or a folder of runs.
     json
         Print the status as JSON.
     layout
         Print which files a run may contain, and what is in them.
     """
+    from rich.markup import escape
+
     from aidsr.apps.cli.terminal import make_console, write, write_document
     from aidsr.core.errors import UserError
-    from aidsr.runs import Run, layout_text, read_status
+    from aidsr.runs import Library, Run, layout_text, read_status
 
     if layout:
         write(layout_text() + "\n")
         return 0
     if run is None:
         raise UserError("no run given; give the folder of a run, for example a folder in runs/")
+    if not json and not (run / "run.json").exists() and (runs := Library(run).runs()):
+        from aidsr.apps.cli.reporting import print_runs
+
+        print_runs(make_console(), runs)
+        return 0
     status = read_status(Run(run))
     if json:
         write_document(status.model_dump_json(indent=2) + "\n")
         return 0
-    from aidsr.apps.cli.reporting import print_files, print_status
+    from aidsr.apps.cli.reporting import print_files, print_probes, print_status
 
     console = make_console()
+    console.print(f"[bold]{escape(status.record.task or status.record.objective)}[/]", soft_wrap=True)
     print_status(console, Run(run), status)
+    print_probes(console, Run(run))
     print_files(console, Run(run))
     return 0

@@ -42,13 +42,17 @@ def model_of(path: Path) -> Path:
     """Return the MJCF file to view: the path itself, or for a folder its final scene, else its newest scene or robot.
 
     Raises:
-        UserError: The folder is a run, or holds neither a scene nor a robot.
+        UserError: The folder is a run, holds neither a scene nor a robot, or its run has no design of this number.
     """
     from aidsr.core.errors import UserError
-    from aidsr.core.numbered import numbered_in
+    from aidsr.core.numbered import is_number, numbered_in
+    from aidsr.runs import Run, read_status
 
     if (path / "run.json").exists():
         raise UserError(f"{path} is a run, not a design; give one of its designs, for example {path / 'designs' / '1'}")
+    run = path.parent.parent
+    if not path.exists() and is_number(path.name) and path.parent.name == "designs" and (run / "run.json").exists():
+        read_status(Run(run)).design(int(path.name))  # tells which designs there are
     if not path.is_dir():
         return path
     iterations = [path, *numbered_in(path)]

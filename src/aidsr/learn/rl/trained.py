@@ -48,7 +48,7 @@ class FinishedTraining:
             result = home.read("training.json", TrainingResult)
         except FileNotFoundError as error:
             missing = Path(error.filename).name
-            trainings = sorted(folder.glob("training/*/training.json"))
+            trainings = sorted((*folder.glob("training/*/training.json"), *folder.glob("*/training.json")))
             advice = (
                 f"Name one of its trainings: {trainings[-1].parent}" if trainings else "Train first, with aidsr train"
             )

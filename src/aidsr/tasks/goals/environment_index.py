@@ -46,8 +46,21 @@ class EnvironmentIndex:
             UserError: There is no body of that name.
         """
         if name not in self.bodies:
+            self._refuse_geom(name)
             raise unknown("target", name, f"a {kind} goal needs a body of the environment", self.bodies)
         return next(body for body in self.summary.bodies if body.name == name)
+
+    def _refuse_geom(self, name: str) -> None:
+        """Refuse the name of a geom where a body is needed.
+
+        Raises:
+            UserError: A geom of the environment has this name.
+        """
+        holders = [body.name for body in self.summary.bodies for geom in body.geoms if name and geom.name == name]
+        if holders:
+            there = _is_environment(holders[0])
+            cure = f'name its body, "{holders[0]}"' if there else f'put it into a <body name="{name}">'
+            raise UserError(f'"{name}" is a geom, not a body; {cure}')
 
     def require_place(self, name: str, kind: str) -> None:
         """Refuse a name of neither a site nor a body.
@@ -57,6 +70,7 @@ class EnvironmentIndex:
         """
         known = [*self.sites, *self.bodies]
         if name not in known:
+            self._refuse_geom(name)
             raise unknown("target", name, f"a {kind} goal needs a site or a body of the environment", known)
 
     def require_movable(self, name: str, kind: str) -> None:
@@ -109,6 +123,7 @@ class EnvironmentIndex:
         for pattern in patterns:
             names = fnmatch.filter(self.bodies, pattern)
             if not names:
+                self._refuse_geom(pattern)
                 raise unknown("target", pattern, f"a {kind} goal needs bodies of the environment", self.bodies)
             found += names
         return tuple(dict.fromkeys(found))

@@ -218,8 +218,11 @@ def goal_task(goal: AnyGoal, mjcf: str) -> GoalTask:
     found: AnyGoal = goal.resolved(environment)
     check_speed(found)
     found.mount.check(environment)
-    for limit in found.limits:
-        limit.check(environment)
+    for number, limit in enumerate(found.limits, start=1):
+        try:
+            limit.check(environment)
+        except UserError as error:
+            raise UserError(f"limits {number}: {error}") from None
     refuse_contradictions(found, environment)
     places = _places(found, summary) if any(found.vary_m) else ()
     task = (EndingGoalTask if found.failure_text else GoalTask)(goal=found, mjcf=mjcf, places=places)

@@ -19,6 +19,7 @@ from aidsr.core.arguments import check_type
 from aidsr.core.errors import UserError
 from aidsr.core.suggestions import closest_name
 from aidsr.core.text_files import parse_toml, read_text_file
+from aidsr.tasks.goals.bring import Bring
 from aidsr.tasks.goals.goal import Goal
 from aidsr.tasks.goals.limits import AnyLimit, Limit
 from aidsr.tasks.goals.stages import Stage, Stages
@@ -32,6 +33,12 @@ def _by_word(kinds: tuple[type[BaseModel], ...]) -> dict[str, Any]:
 
 KINDS: dict[str, type[Goal]] = _by_word((*get_args(get_args(Stage)[0]), Stages))
 """All kinds of goal, by the value of their key `kind`."""
+_WITHOUT_TARGET = (Bring, Stages)
+"""Kinds of goal without the key `target` of their base class."""
+_VECTORS = frozenset({"vary_m", "direction", "axis", "center_m", "size_m", "path_m"})
+"""Keys with three numbers, or with points of three numbers."""
+_LEAST = {"greater_than": " above 0", "greater_than_equal": " of at least 0"}
+"""Bound of a number by the type of its error."""
 _LIMITS: dict[str, type[Limit]] = _by_word(get_args(get_args(AnyLimit)[0]))
 
 _MAX_BYTES = 2**20
@@ -75,6 +82,8 @@ def parse_goal(text: str, name: str = "the goal") -> AnyGoal:
         parts = values.get(key)
         for number, part in enumerate(parts if isinstance(parts, list) else [], start=1):
             _check_kind(part, kinds, f"{name}: {key} {number}")
+            _check_target(part, f"{name}: {key} {number}")
+    _check_target(values, name)
     try:
         goal: AnyGoal = TypeAdapter(AnyGoal).validate_python(values)
     except ValidationError as error:
@@ -99,6 +108,24 @@ def _check_kind(values: Any, kinds: dict[str, Any], name: str) -> None:
     )
 
 
+def _check_target(values: dict[str, Any], name: str) -> None:
+    """Refuse the key `target` in a kind of goal without it; the base class has it, so it would be ignored.
+
+    Raises:
+        UserError: The key is there.
+    """
+    kind = KINDS.get(values["kind"])
+    if kind in _WITHOUT_TARGET and "target" in values:
+        cure = (
+            "a stage has a target, not the whole goal"
+            if kind is Stages
+            else f'rename it to "targets", a list: targets = {values["target"]!r}'
+            if isinstance(values["target"], list)
+            else f'rename it to "targets", a list: targets = ["{values["target"]}"]'
+        )
+        raise UserError(f'{name}: unknown key "target"; {cure}')
+
+
 def _sentence(error: ValidationError, kind: type[Goal]) -> str:
     """Return the first validation error as one sentence."""
     # an unknown key comes first: it is often a misspelling of the missing key
@@ -108,12 +135,18 @@ def _sentence(error: ValidationError, kind: type[Goal]) -> str:
     place = ".".join(shown)
     match first["type"]:
         case "extra_forbidden":
-            keys = [key for key in record.model_fields if key not in ("kind", "by_s")]
+            hidden = {"kind", "by_s", *({"target"} if record in _WITHOUT_TARGET else set())}
+            keys = [key for key in record.model_fields if key not in hidden]
             return f'unknown key "{place}"{_near(shown[-1], keys)}; this kind has {", ".join(keys)}'
         case "missing":
             return f'missing key "{place}"; this kind of goal needs it'
         case "value_error":
             return (f"{place}: " if place else "") + str(first["ctx"]["error"])
+        case kind_of_error if vector := next((key for key in shown if key in _VECTORS), ""):
+            numbers = f"three numbers{_LEAST.get(kind_of_error, '')}, [x, y, z]{' in metres' * vector.endswith('_m')}"
+            return f"{place}: {numbers}{' for each point' * (vector == 'path_m')}; found {first['input']!r}"
+        case "tuple_type":
+            return f"{place}: it must be a list, in brackets; found {first['input']!r}"
         case _:
             what = first["msg"][:1].lower() + first["msg"][1:]
             return f"{place}: {what}; found {first['input']!r}"

@@ -61,9 +61,11 @@ class Turn(Goal):
     def resolved(self, environment: EnvironmentIndex) -> Self:
         joint = environment.joint(self.joint)
         if joint.kind != "hinge":
-            raise UserError(
-                f'the joint "{self.joint}" is a {joint.kind}, which has no angle to turn; use a travel goal for a slide'
-            )
+            kind, instead = {
+                "slide": ("slide", "use a travel goal for a slide"),
+                "ball": ("ball joint", "give the body a hinge"),
+            }.get(joint.kind, ("free joint", "use a lift, travel or bring goal for a free body"))
+            raise UserError(f'the joint "{self.joint}" is a {kind}, which has no angle to turn; {instead}')
         end = joint.high if self.by_deg > 0 else joint.low
         if end is not None:
             way_deg = abs(math.degrees(end - joint.now))

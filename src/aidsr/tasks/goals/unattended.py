@@ -43,7 +43,7 @@ _NEARLY = 0.98
 _INSIDE = 0.2
 """Ratio of overlap to thickness of the thinner geom above which a target is inside another shape. Source: as in
 `aidsr.sim.overlap`."""
-_INSIDE_M = 0.001
+INSIDE_M = 0.001
 """Overlap up to which being inside is ignored [m]. Our choice: such a body moves out by itself, and not far."""
 
 
@@ -220,7 +220,7 @@ def _overlaps(model: mujoco.MjModel, data: mujoco.MjData, bodies: Sequence[str])
         own = _carried(model, model.body(body).id)
         for geom, other, depth_m in _contacts(model, data, own):
             thickness_m = 2.0 * min(half_width_m(model, each) for each in (geom, other))
-            if depth_m > _INSIDE * thickness_m and depth_m > _INSIDE_M:
+            if depth_m > _INSIDE * thickness_m and depth_m > INSIDE_M:
                 pair = (body, name_of_shape(model, other))
                 found[pair] = max(found.get(pair, 0.0), depth_m)
     return tuple(Overlap(body=body, other=other, depth_m=depth) for (body, other), depth in found.items())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from aidsr.core.artifacts import ActuatorGroup, Artifact, Brief
+from aidsr.core.artifacts import ActuatorGroup, Artifact
 from aidsr.learn.episodes.actions import ActionMap
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import Constant, rollout
@@ -24,24 +23,18 @@ from aidsr.runs.event_text import tried_text
 from aidsr.sandbox.isolated import isolated
 from aidsr.sandbox.limits import Limits
 from aidsr.sim.assembly import assemble
-from aidsr.sim.environment_summary import summarize_environment
 from aidsr.tasks import GoalTask, goal_task, read_goal
-from aidsr.tasks.goals.stages import Stages
-from aidsr.tasks.goals.turn import Turn
-from aidsr.tasks.goals.unattended import SETTLE_S, remarks
 from aidsr.tasks.readings import FloatArray
 from aidsr.tasks.targets import targets_and_mounts, targets_of
 from aidsr.tasks.travelling_task import TravellingTask
+from aidsr.teams.fitting.facts import GoalFacts, brief_of, goal_facts
 from aidsr.teams.fitting.team import FittingCoder, FittingDesigner, FittingIntegrator
 from aidsr.teams.fitting.trial import Round
-from aidsr.teams.fitting.views import place_of_work
 
 EPISODES = 5
 """Number of episodes with each kind of blind action. Our choice: what succeeds by itself succeeds in most of them."""
 _NOISE_S = 0.4
 """Duration of a random action [s]. Our choice: long enough for a soft body to follow."""
-_DRIFT = 0.1
-"""Share of the required motion above which a target that moves by itself is reported. Our choice."""
 _CLOSE = 0.8
 """Progress from which random actions count as close to the goal. Our choice."""
 _LIMITS = Limits(wall_s=1200.0, cpu_s=600.0)
@@ -63,17 +56,9 @@ class Blind(Artifact):
     episodes: int
 
 
-class GoalCheck(Artifact):
+class GoalCheck(GoalFacts):
     """Findings about a goal in an environment before anything is designed."""
 
-    judging: dict[str, str]
-    """How success is judged, in the words that the team gets, by title."""
-    mounts: tuple[str, ...]
-    """Each mount in words: its position, what moves it, how far away the place of work is."""
-    alone: tuple[str, ...]
-    """Sentences about what the environment does without a robot, as far as a user should know it."""
-    drifts: tuple[str, ...]
-    """Targets that move by themselves by a relevant share of the required motion, in words."""
     reference: str
     """Name of the built-in robot with which the goal was tried; empty if none could be placed."""
     blind: Blind | None
@@ -89,12 +74,12 @@ class GoalCheck(Artifact):
     @property
     def lines(self) -> tuple[str, ...]:
         """All findings in words, problems last."""
-        said = [f"{title}: {words}" for title, words in self.judging.items()]
-        said += [f"Mount: {mount}" for mount in self.mounts] or ['Mount: none; robots start at the origin, "world"']
-        said += [f"Without a robot: {remark}" for remark in self.alone] or [
-            f"Without a robot: no target overlaps anything or moves in {SETTLE_S:g} s, and no joint that is to move is "
-            "stopped on its way."
-        ]
+        return (*self.fact_lines, *self.trial_lines, *self.problems)
+
+    @property
+    def trial_lines(self) -> tuple[str, ...]:
+        """What the trials showed, in words."""
+        said = []
         if blind := self.blind:
             said.append(
                 f"No actions: {blind.idle} of {blind.episodes} episodes succeed, best progress "
@@ -110,13 +95,13 @@ class GoalCheck(Artifact):
                 f"A built-in robot: {self.reference} reaches progress {self.probe.progress:.2f} with open-loop "
                 f"motions: {self.probe.reached}"
             )
-        return (*said, *self.problems)
+        return tuple(said)
 
     @property
     def problems(self) -> tuple[str, ...]:
         """Reasons why the goal does not measure the quality of a design, in sentences."""
-        found = []
-        if not self.reference:
+        found = list(self.faults)
+        if not self.reference and not self.faults:
             found.append(
                 "No built-in robot could be placed: each overlaps something at the start; make room at the mount."
             )
@@ -155,31 +140,19 @@ def check_goal(
 def check_task(task: GoalTask, *, seed: int = 0, listen: Callable[[str], None] = lambda _step: None) -> GoalCheck:
     """Do the work of `check_goal` for a goal that has been read and resolved in its environment."""
     asked, mjcf = task.goal, task.environment
-    brief = Brief(
-        objective=task.objective,
-        environment=mjcf,
-        summary=summarize_environment(mjcf),
-        base=task.base,
-        needs_contact=task.needs_contact,
-        judging=task.judging(),
-    )
-    mounts = tuple(_mounts(brief, task))
-    alone, drifts = remarks(task.unattended), _drifts(task)
+    facts = goal_facts(task)
+
+    def nothing_tried() -> GoalCheck:
+        drawn = picture(mjcf, view=View(shown=targets_and_mounts(task)))
+        return GoalCheck(**dict(facts), reference="", blind=None, probe=None, scene=mjcf, picture=drawn, strip=None)
+
+    if facts.faults:
+        return nothing_tried()
+    brief = brief_of(task)
     listen("choosing a reference robot")
     tried = FittingDesigner(asked, seed, listen=lambda body: listen(tried_text(body))).tried(brief, ROUNDS)
     if not tried:
-        return GoalCheck(
-            judging=brief.judging,
-            mounts=mounts,
-            alone=alone,
-            drifts=drifts,
-            reference="",
-            blind=None,
-            probe=None,
-            scene=mjcf,
-            picture=picture(mjcf, view=View(shown=targets_and_mounts(task))),
-            strip=None,
-        )
+        return nothing_tried()
     best = max(tried, key=lambda each: each.fit.value)
     robot = FittingCoder(asked).write(brief, best.concept)
     placement = FittingIntegrator(asked).place(brief, best.concept, robot)
@@ -191,10 +164,7 @@ def check_task(task: GoalTask, *, seed: int = 0, listen: Callable[[str], None] =
     listen("drawing")
     played = film(scene, task, report.best, groups=robot.actuator_groups)
     return GoalCheck(
-        judging=brief.judging,
-        mounts=mounts,
-        alone=alone,
-        drifts=drifts,
+        **dict(facts),
         reference=best.concept.name,
         blind=blind,
         probe=report,
@@ -202,40 +172,6 @@ def check_task(task: GoalTask, *, seed: int = 0, listen: Callable[[str], None] =
         picture=picture(scene, view=View(shown=(*targets_of(task), placement.mount))),
         strip=played.strip(),
     )
-
-
-def _mounts(brief: Brief, task: GoalTask) -> list[str]:
-    place = place_of_work(brief, task.goal)
-    said = []
-    for mount in brief.summary.mounts:
-        words = f"{mount.name} at ({_numbers(mount.position_m)}) m, pointing along ({_numbers(mount.z_axis)})"
-        if mount.moved_by:
-            words += f", moved by {', '.join(mount.moved_by)}"
-        if place is not None:
-            way = np.array(place) - np.array(mount.position_m)
-            far = float(np.linalg.norm(way))
-            aside = math.degrees(math.acos(float(np.clip(way @ np.array(mount.z_axis) / max(far, 1e-9), -1.0, 1.0))))
-            words += f"; the place of work is {far:.3g} m away, {aside:.0f} deg off this direction"
-        said.append(words)
-    return said
-
-
-def _drifts(task: GoalTask) -> tuple[str, ...]:
-    """Return in words which targets move by themselves by more than `_DRIFT` of the required motion."""
-    goal, found = task.goal, []
-    for stage in goal.stages if isinstance(goal, Stages) else (goal,):
-        ways = dict(stage.ways)
-        for drift in task.unattended[0].drifts:
-            share = drift.way_m / ways[drift.body] if drift.body in ways else 0.0
-            if isinstance(stage, Turn) and stage.target == drift.body:
-                share = abs(drift.turned_deg / stage.by_deg)
-            if share > _DRIFT:
-                found.append(f"{drift.text}, {100 * share:.0f} % of what is asked")
-    return tuple(dict.fromkeys(found))
-
-
-def _numbers(values: tuple[float, ...]) -> str:
-    return ", ".join(f"{value:.3g}" for value in values)
 
 
 @isolated(limits=_LIMITS)

@@ -19,7 +19,8 @@ _SPRING_STEEL_PA = 200e9
 _DEFAULT_LENGTH_M = 0.35
 """Length of an arm if the environment has no target [m]. Our choice: middle of the benchmark's 0.1 to 0.6 m."""
 
-_LENGTH_RANGE_M = (0.15, 0.7)
+LENGTH_RANGE_M = (0.15, 0.7)
+"""Shortest and longest arm that is made for a target [m]. Our choice: around the benchmark's 0.1 to 0.6 m."""
 _START_GAP_M = 0.018
 """Gap at the start to a target in front of a mount that can move towards it [m]. Our choice."""
 
@@ -39,13 +40,13 @@ def reach_length(job: Job, rng: np.random.Generator) -> float:
     if job.target is None:
         return _DEFAULT_LENGTH_M * rng.uniform(0.95, 1.1)
     if job.kind == "conform":
-        return float(np.clip(job.target.distance_m * rng.uniform(1.9, 2.1), *_LENGTH_RANGE_M))
+        return float(np.clip(job.target.distance_m * rng.uniform(1.9, 2.1), *LENGTH_RANGE_M))
     if job.kind == "insert":
-        return float(np.clip(job.target.near_m - rng.uniform(0.03, 0.05), *_LENGTH_RANGE_M))
+        return float(np.clip(job.target.near_m - rng.uniform(0.03, 0.05), *LENGTH_RANGE_M))
     if stands_in_front(job) and job.approach_m > 0:
         free = job.target.along_m - job.target.half_width_m - _START_GAP_M
-        return float(np.clip(free - rng.uniform(0.0, 0.012), *_LENGTH_RANGE_M))
-    return float(np.clip(job.target.distance_m * rng.uniform(1.03, 1.09), *_LENGTH_RANGE_M))
+        return float(np.clip(free - rng.uniform(0.0, 0.012), *LENGTH_RANGE_M))
+    return float(np.clip(job.target.distance_m * rng.uniform(1.03, 1.09), *LENGTH_RANGE_M))
 
 
 def bending_stiffness(tension_n: float, offset_m: float, length_m: float, full_bend_rad: float) -> float:

@@ -1,0 +1,36 @@
+"""What the overview page of a run says."""
+
+import re
+from pathlib import Path
+
+from aidsr.core.artifacts import Brief, Concept, EnvironmentSummary, Placement
+from aidsr.core.config import RunConfig
+from aidsr.runs import Run, RunRecord, write_summary
+from aidsr.runs.folders import new_run
+
+SUMMARY = EnvironmentSummary(
+    gravity_m_s2=(0, 0, -9.81), timestep_s=0.002, mounts=(), bodies=(), sites=(), sensors=(), actuators=()
+)
+CONCEPT = Concept(name="arm", interpretation="i", morphology="m", actuation="a", functional_part="tip", family="arm")
+
+
+def run_in(place: Path) -> Run:
+    record = RunRecord(objective="Reach it", config=RunConfig(), started="2026-01-31T10:02:59+01:00", versions={})
+    return new_run(place, record, Brief(objective="Reach it", environment="<mujoco />", summary=SUMMARY))
+
+
+def test_the_command_to_view_a_design_can_be_pasted(tmp_path: Path) -> None:
+    run = run_in(tmp_path / "my runs")
+    assert f"aidsr view &#39;{run.path}/designs/1&#39;" in write_summary(run).read_text()
+
+
+def test_the_mount_is_said_once(tmp_path: Path) -> None:
+    run = run_in(tmp_path)
+    for number, reason in ((1, "It is fixed to mount. It points at the place of work."), (2, "It is fixed to mount.")):
+        iteration = run.design(number).iteration(1)
+        iteration.concept.write(CONCEPT)
+        iteration.placement.write(Placement(mount="mount", base="fixed", reason=reason))
+    page = re.sub(r"\s+", " ", write_summary(run).read_text())
+    assert "It is fixed to" not in page
+    assert "<dd>fixed at mount <br>It points at the place of work.</dd>" in re.sub(r" +", " ", page)
+    assert "<dd>fixed at mount ." in page or "<dd>fixed at mount." in page
