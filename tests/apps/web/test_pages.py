@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from made import MJCF, SCRIPT, blamed, made_run, made_training
+from made import MJCF, SCRIPT, blamed, concept, made_run, made_training
 from nicegui import app, ui
 from nicegui.elements.upload_files import SmallFileUpload
 from nicegui.storage import Storage
@@ -34,6 +34,7 @@ from aidsr.apps.web.site import Site
 from aidsr.core.artifacts import (
     Critique,
     CritiqueIssue,
+    Decision,
     Evaluation,
     Outcome,
     PerturbedEpisodes,
@@ -245,6 +246,26 @@ async def test_a_refinement_is_kept_while_it_is_typed_and_written_as_a_decision(
     decision = run.design(1).iteration(2).decision.read()
     assert decision is not None
     assert (decision.verdict, decision.text) == ("refine", "make it longer")
+
+
+@visiting
+async def test_a_review_tells_what_the_rules_understand_and_what_became_of_the_last_words(
+    user: User, site: Site
+) -> None:
+    run = made_run(site.library.path, waiting=True, designs=1)
+    model = made_run(site.library.path, waiting=True, designs=1, name="Other", model="x:model")
+    run.design(1).iteration(1).decision.write(Decision(verdict="refine", text="use three tendons"))
+    told = concept("Arm").model_copy(update={"rationale": 'Not understood: "use three tendons".'})
+    run.design(1).iteration(2).concept.write(told)
+    with EventLog(run.events), EventLog(model.events):
+        await user.open(f"/run/{run.path.name}/1")
+        await user.should_see("The built-in rules understand only: longer, shorter")
+        await user.should_see("“use three tendons”")
+        await user.should_see('Not understood: "use three tendons".')
+        await user.open(f"/run/{model.path.name}/1")
+        await user.should_see("What should change?")
+        await user.should_not_see("The built-in rules understand only")
+        await user.should_not_see("What became of your last words")
 
 
 @visiting
