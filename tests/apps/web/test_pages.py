@@ -31,6 +31,7 @@ from aidsr.apps.web.pages import add_pages
 from aidsr.apps.web.review_panel import part_names, refinement
 from aidsr.apps.web.setup_page import FRESH, request_from
 from aidsr.apps.web.site import Site
+from aidsr.apps.web.upload import ENVIRONMENT
 from aidsr.core.artifacts import (
     Critique,
     CritiqueIssue,
@@ -266,6 +267,20 @@ async def test_a_review_tells_what_the_rules_understand_and_what_became_of_the_l
         await user.should_see("What should change?")
         await user.should_not_see("The built-in rules understand only")
         await user.should_not_see("What became of your last words")
+
+
+@pytest.mark.parametrize(
+    ("turned", "told"),
+    [
+        ("", "stand (a robot stands upright)"),
+        (' euler="180 0 0"', "a robot hangs down"),
+        (' euler="0 90 0"', "along 1 0"),
+    ],
+)
+def test_an_uploaded_environment_tells_where_a_robot_will_point(turned: str, told: str) -> None:
+    site = f'<site name="mount_stand" pos="0 0 0.7"{turned}/>'
+    facts = dict(ENVIRONMENT.look(f"<mujoco><worldbody>{site}</worldbody></mujoco>", {}))
+    assert told in facts["mounts"]
 
 
 @visiting
