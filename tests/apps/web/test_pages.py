@@ -6,9 +6,9 @@ import json
 import os
 import re
 import shutil
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import asynccontextmanager, chdir
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from html import unescape
 from pathlib import Path
 
@@ -28,6 +28,7 @@ from aidsr.apps.web.manual_panel import answer, prompts_of
 from aidsr.apps.web.mjcf_text import difference, highlighted
 from aidsr.apps.web.model_form import budget_from, estimated_cost
 from aidsr.apps.web.pages import add_pages
+from aidsr.apps.web.processes import Processes
 from aidsr.apps.web.review_panel import part_names, refinement
 from aidsr.apps.web.setup_page import FRESH, request_from
 from aidsr.apps.web.site import Site
@@ -45,6 +46,7 @@ from aidsr.core.artifacts import (
 from aidsr.core.config import Budget, RunConfig
 from aidsr.core.directory_lock import DirectoryLock
 from aidsr.core.errors import UserError
+from aidsr.examples import examples
 from aidsr.runs import EventLog
 from aidsr.runs.events import Started, Stopped
 from aidsr.runs.files import replace_file
@@ -320,6 +322,49 @@ async def test_of_two_trainings_the_one_at_work_is_told_from_the_stopped_one(use
         await user.should_see("Training 1")
         badges = [one for one in user.client.elements.values() if "badge" in one.classes]
         assert [one.text for one in badges if one.text in ("running", "stopped")] == ["running", "stopped"]
+
+
+@dataclass(frozen=True)
+class NotedProcesses(Processes):
+    """Processes that only note their commands."""
+
+    started: list[list[str]] = field(default_factory=list)
+
+    def start(self, name: str, command: Sequence[str]) -> None:
+        del name
+        self.started.append(list(command))
+
+
+def noting(site: Site) -> tuple[Site, list[list[str]]]:
+    """Return a site whose processes only note their commands, and those commands."""
+    processes = NotedProcesses(site.processes.folder)
+    return replace(site, processes=processes), processes.started
+
+
+def test_a_design_without_a_goal_is_trained_and_probed_with_a_typed_one(tmp_path: Path) -> None:
+    site, started = noting(Site.at(tmp_path / "runs"))
+    run = made_run(site.library.path, designs=1, task="", objective="Ring the bell.")
+    (run.path / "environment.xml").write_text(examples()["bell"].environment)
+
+    async def visit() -> None:
+        async with visitor(site) as user:
+            for tab, pressed in (("training", "Start training"), ("probe", "Start the probe")):
+                await user.open(f"/run/{run.path.name}/1?tab={tab}")
+                goal = user.find("Goal (TOML)").elements.pop()
+                goal.value = ""
+                press(user, pressed)
+                await user.should_see("in a terminal add --goal goal.toml to the command")
+                goal.value = 'kind = "touch"\ntarget = "gong"'
+                press(user, pressed)
+                await user.should_see("gong")
+                assert len(started) == (tab == "probe"), "a goal that does not fit the environment starts nothing"
+                goal.value = examples()["bell"].goal
+                press(user, pressed)
+                file = Path(started[-1][started[-1].index("--goal") + 1])
+                assert file.read_text() == examples()["bell"].goal
+
+    asyncio.run(visit())
+    assert [command[0] for command in started] == ["train", "probe"]
 
 
 @visiting

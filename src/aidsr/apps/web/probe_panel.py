@@ -64,7 +64,7 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
     choices: dict[str, Any] = app.storage.user.setdefault("probe", {"task": ""})
 
     def start() -> None:
-        site.processes.start(name, ["probe", str(design.path), *measure_arguments(run, choices)])
+        site.processes.start(name, ["probe", str(design.path), *measure_arguments(site, run, choices, name)])
 
     if state.alive:
         with box("notice", role="status"), box("row apart"):

@@ -179,10 +179,10 @@ def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
     def start() -> None:
         steps = whole_number("steps", choices["steps"], least=1)
         seeds = whole_number("policies", choices["seeds"], least=1)
-        task = measure_arguments(run, choices)
+        measure = measure_arguments(site, run, choices, name)
         films = [] if choices.get("films", True) else ["--no-videos"]
         site.processes.start(
-            name, ["train", str(design.path), "--steps", str(steps), "--seeds", str(seeds), *task, *films]
+            name, ["train", str(design.path), "--steps", str(steps), "--seeds", str(seeds), *measure, *films]
         )
 
     with box("sheet stack"):
@@ -197,7 +197,7 @@ def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
             steps.props("outlined dense").bind_value(choices, "steps")
             seeds = ui.number("Policies (trained in sequence)", min=1, max=100, precision=0, format="%d")
             seeds.props("outlined dense").bind_value(choices, "seeds")
-            measure_field(run, choices)
+        measure_field(run, choices)
         ui.switch("Record videos of the best and the median held-out episode").bind_value(choices, "films")
         with box("row"):
             button("Start training", as_action(start), "primary", "play_arrow")
