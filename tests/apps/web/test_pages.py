@@ -50,7 +50,7 @@ from aidsr.examples import examples
 from aidsr.runs import EventLog
 from aidsr.runs.events import Started, Stopped
 from aidsr.runs.files import replace_file
-from aidsr.runs.trainings import Inspection, trainings_of
+from aidsr.runs.trainings import Inspection, read_curve, trainings_of, without_tests
 from aidsr.teams.providers.manual import pending_prompts
 
 
@@ -429,6 +429,30 @@ def test_what_is_said_of_a_design_is_said_of_one_policy(tmp_path: Path) -> None:
     rows = dict(comparison_column(run.name, design, view).rows)
     told = ("held-out success", "valid", "successful")
     assert tuple(rows[name] for name in told) == ("75% of 4", "yes", "yes")
+
+
+@visiting
+async def test_the_test_of_the_final_policy_is_no_point_of_the_learning_curve(user: User, site: Site) -> None:
+    """The first rows are a training of 4,000 steps: 29 % of its episodes succeeded, then none of the 20 of the test."""
+    run = made_run(site.library.path, designs=1)
+    folder = made_training(run.design(1))
+    rows = "steps,wall_s,episodes,success_share,progress,reward,diverged,steps_per_s\n"
+    rows += "3936,31.98,17,0.2857,0.333,3.9435,0,686.4\n4032,32.11,18,0.2857,0.333,3.9435,0,723.9\n"
+    replace_file(folder / "curve.csv", (rows + "4032,32.11,38,0.0,0.1202,-0.6237,0,125.6\n").encode())
+    training = trainings_of(run.design(1))[0]
+    learned, test = without_tests(training, read_curve(training))
+    assert [row.success_share for row in learned] == [0.2857, 0.2857]
+    assert test is not None
+    assert (test.success_share, test.progress) == (0.0, 0.1202)
+    await user.open(f"/run/{run.path.name}/1?tab=training")
+    await user.should_see("29%")
+    await user.should_see("Test of the kept policy after learning")
+    await user.should_see("0% succeeded, progress 0.12.")
+    replace_file(folder / "curve.csv", rows.encode())
+    assert without_tests(training, read_curve(training)) == (learned, None)
+    beaten = {"steps": 4000, "seed": 7, "recipe": {"script": "hold 1", "from_probe": True}}
+    replace_file(folder / "config.json", json.dumps(beaten).encode())
+    assert without_tests(training, learned) == (learned[:1], learned[1])
 
 
 @visiting

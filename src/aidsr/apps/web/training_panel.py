@@ -26,7 +26,7 @@ from aidsr.core.errors import UserError
 from aidsr.core.formatting import format_check, format_duration, format_time_left
 from aidsr.learn.rl.recipe import is_hopeless
 from aidsr.runs import DesignFolder, Run
-from aidsr.runs.trainings import CurveRow, Inspection, Training, read_curve, trainings_of
+from aidsr.runs.trainings import CurveRow, Inspection, Training, read_curve, trainings_of, without_tests
 
 Play = Callable[[int, ui.button], None]
 """Function that plays a held-out variation; the pressed button shows a loading state while it takes seconds."""
@@ -46,6 +46,8 @@ class _Learning:
     steps: int
     seed: int
     curve: tuple[CurveRow, ...]
+    test: CurveRow | None
+    """Test of the final policy on new development episodes, which is no point of the learning curve."""
     state: str
     """State of a training without a verdict: running, evaluating, stopped, or not evaluated."""
     verdict: Evaluation | None
@@ -115,13 +117,13 @@ def _learning(site: Site, run: Run, design: DesignFolder, training: Training) ->
         state = "running" if working else "stopped"
     else:
         state = "evaluating" if working else "not evaluated"
-    steps, curve = int(config.get("steps", 0)), read_curve(training)
+    steps, (curve, test) = int(config.get("steps", 0)), without_tests(training, read_curve(training))
     recipe, has_succeeded = config.get("recipe"), any(row.success_share for row in curve)
     algorithm = str(recipe.get("algorithm")) if isinstance(recipe, dict) else ""
     done = curve[-1].steps if curve else 0
     hopeless = state == "running" and is_hopeless(algorithm, has_succeeded=has_succeeded, steps=done, budget=steps)
     script = bool(recipe.get("script")) if isinstance(recipe, dict) else False
-    return _Learning(steps, int(config.get("seed", 0)), curve, state, verdict, hopeless, script)
+    return _Learning(steps, int(config.get("seed", 0)), curve, test, state, verdict, hopeless, script)
 
 
 def _is_running(site: Site, name: str, training: Training) -> bool:
@@ -233,6 +235,13 @@ def _draw_learning(training: Training, shown: _Learning) -> None:
         with box("row small"):
             text("━ success", "accent")
             text("━ progress", "wait")
+        if shown.test is not None and shown.test.success_share is not None:
+            text(
+                "Test of the kept policy after learning, in new development episodes without noise: "
+                f"{shown.test.success_share:.0%} succeeded, progress {shown.test.progress or 0.0:.2f}.",
+                "small",
+                "p",
+            )
 
 
 def _steps_in_words(done: int, asked: int) -> str:
