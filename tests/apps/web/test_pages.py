@@ -432,6 +432,16 @@ def test_what_is_said_of_a_design_is_said_of_one_policy(tmp_path: Path) -> None:
 
 
 @visiting
+async def test_a_budget_that_is_too_small_to_tell_anything_has_a_hint(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=1)
+    await user.open(f"/run/{run.path.name}/1?tab=training")
+    steps = user.find("Maximum steps").elements.pop()
+    for count, hinted in ((4000, True), (10_000, False), (None, True)):
+        steps.value = count
+        assert bool(steps.props["hint"]) is hinted
+
+
+@visiting
 async def test_the_test_of_the_final_policy_is_no_point_of_the_learning_curve(user: User, site: Site) -> None:
     """The first rows are a training of 4,000 steps: 29 % of its episodes succeeded, then none of the 20 of the test."""
     run = made_run(site.library.path, designs=1)

@@ -24,7 +24,7 @@ from aidsr.core.config import BUDGET_STEPS
 from aidsr.core.ends import evaluation_in_words
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import format_check, format_duration, format_time_left
-from aidsr.learn.rl.recipe import is_hopeless
+from aidsr.learn.rl.recipe import LEAST_TELLING, looks_hopeless
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.trainings import CurveRow, Inspection, Training, read_curve, trainings_of, without_tests
 
@@ -121,7 +121,7 @@ def _learning(site: Site, run: Run, design: DesignFolder, training: Training) ->
     recipe, has_succeeded = config.get("recipe"), any(row.success_share for row in curve)
     algorithm = str(recipe.get("algorithm")) if isinstance(recipe, dict) else ""
     done = curve[-1].steps if curve else 0
-    hopeless = state == "running" and is_hopeless(algorithm, has_succeeded=has_succeeded, steps=done, budget=steps)
+    hopeless = state == "running" and looks_hopeless(algorithm, has_succeeded=has_succeeded, steps=done, budget=steps)
     script = bool(recipe.get("script")) if isinstance(recipe, dict) else False
     return _Learning(steps, int(config.get("seed", 0)), curve, test, state, verdict, hopeless, script)
 
@@ -187,6 +187,10 @@ def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
             name, ["train", str(design.path), "--steps", str(steps), "--seeds", str(seeds), *measure, *films]
         )
 
+    def hint() -> None:
+        steps.props.update({"hint": _hint(steps.value)})
+        steps.update()
+
     with box("sheet stack"):
         text("Train this design", tag="h2")
         text(
@@ -197,12 +201,19 @@ def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
         with box("form"):
             steps = ui.number("Maximum steps", min=1, max=100_000_000, step=1000, precision=0, format="%d")
             steps.props("outlined dense").bind_value(choices, "steps")
+            steps.props.update({"hint": _hint(choices["steps"])})
+            steps.on_value_change(hint)
             seeds = ui.number("Policies (trained in sequence)", min=1, max=100, precision=0, format="%d")
             seeds.props("outlined dense").bind_value(choices, "seeds")
         measure_field(run, choices)
         ui.switch("Record videos of the best and the median held-out episode").bind_value(choices, "films")
         with box("row"):
             button("Start training", as_action(start), "primary", "play_arrow")
+
+
+def _hint(steps: float | None) -> str:
+    """Return what a budget of so few steps is good for; empty where it is large enough to tell something."""
+    return "Shows how training works; too few to tell whether the robot learns" if (steps or 0) < LEAST_TELLING else ""
 
 
 def _draw_learning(training: Training, shown: _Learning) -> None:
