@@ -431,6 +431,54 @@ def test_what_is_said_of_a_design_is_said_of_one_policy(tmp_path: Path) -> None:
     assert tuple(rows[name] for name in told) == ("75% of 4", "yes", "yes")
 
 
+def at_work(site: Site, name: str, *lines: str) -> EventLog:
+    """Return the lock of a process that is at work and has written these lines; to be held while it lives."""
+    site.processes.folder.mkdir(parents=True, exist_ok=True)
+    (site.processes.folder / f"{name}.json").write_text('{"pid": 0}')
+    (site.processes.folder / f"{name}.log").write_text("".join(f"{line}\n" for line in lines))
+    return EventLog(site.processes.folder / f"{name}.log")
+
+
+@visiting
+async def test_an_evaluation_and_a_probe_tell_their_progress(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=2)
+    folder = made_training(run.design(1))
+    (folder / "evaluation.json").unlink()
+    replace_file(folder / "training.json", b"{}")
+    evaluated = "12 of 100 episodes ended, 11 succeeded; at most 30.1 s left, then checks"
+    probed = "32 of 128 motions tried, 1 of 2 variations solved, progress 0.50, at most 1 min 0 s left"
+    with (
+        at_work(site, site.training_name(run, 1), "evaluating 100 episodes …", evaluated),
+        at_work(site, site.probe_name(run, 2), probed),
+    ):
+        training, probe = site.activities.current()
+        assert training.doing == "evaluating the policy: 12 of 100 episodes ended, 11 succeeded"
+        assert probe.doing == "32 of 128 motions tried, 1 of 2 variations solved, progress 0.50"
+        assert (training.share, probe.share) == (0.12, 0.25)
+        assert training.left_s is not None
+        assert probe.left_s is not None
+        assert 0 < training.left_s <= 30.1 < probe.left_s <= 60
+        await user.open(f"/run/{run.path.name}/1?tab=training")
+        await user.should_see("Evaluating the policy. 12 of 100 episodes ended, 11 succeeded.")
+        await user.open(f"/run/{run.path.name}/2?tab=probe")
+        await user.should_see("32 of 128 motions tried")
+
+
+@visiting
+async def test_the_test_at_the_end_of_a_training_is_said(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=1)
+    folder = made_training(run.design(1))
+    (folder / "evaluation.json").unlink()
+    rows = "steps,wall_s,episodes,success_share,progress,reward,diverged,steps_per_s\n4032,9,4,0.5,0.7,2.0,0,222\n"
+    replace_file(folder / "curve.csv", rows.encode())
+    with at_work(site, site.training_name(run, 1)), EventLog(folder / "events.jsonl"):
+        (activity,) = site.activities.current()
+        assert (activity.doing, activity.left_s) == ("4,000 of 4,000 steps, testing the policy", None)
+        await user.open(f"/run/{run.path.name}/1?tab=training")
+        await user.should_see("testing the policy")
+        await user.should_not_see("0.0 s left")
+
+
 @visiting
 async def test_a_budget_that_is_too_small_to_tell_anything_has_a_hint(user: User, site: Site) -> None:
     run = made_run(site.library.path, designs=1)

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 class _State:
     approved: bool
     alive: bool
+    doing: str
+    """Progress of the running probe in words; empty where none is running or before its first motions."""
     written: int
     """Time at which the report was written [ns]; 0 while there is none."""
     output_tail: str
@@ -53,7 +55,9 @@ def _state(site: Site, run: Run, design: DesignFolder) -> _State:
     written = file.stat().st_mtime_ns if file.exists() else 0
     alive = site.processes.is_alive(name)
     failed = not alive and written < 1e9 * site.processes.started_s(name)
-    return _State(design.final_scene.path.exists(), alive, written, site.processes.output_tail(name) if failed else "")
+    output_tail = site.processes.output_tail(name) if failed else ""
+    told = site.processes.progress(name) if alive else None
+    return _State(design.final_scene.path.exists(), alive, told.doing if told else "", written, output_tail)
 
 
 def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
@@ -68,7 +72,7 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
 
     if state.alive:
         with box("notice", role="status"), box("row apart"):
-            text("Trying open-loop motions. This takes seconds to minutes.")
+            text(state.doing or "Trying open-loop motions. This takes seconds to minutes.")
             button("Stop", as_action(lambda: site.processes.stop(name)), "danger", "stop")
         return
     with box("sheet stack"):

@@ -100,6 +100,8 @@ def _state(site: Site, run: Run, design: DesignFolder) -> _State:
     if alive and not at_work:  # between two of its steps, or on a system without file locks
         learning = not trainings or any(training.stage == "learning" for training in trainings)
         doing = _DOING["learning" if learning else "evaluating"]
+    if (told := site.processes.progress(name) if alive else None) and doing != _DOING["learning"]:
+        doing = f"{doing} {told.doing[0].upper()}{told.doing[1:]}."
     output_tail = "" if alive or _has_new_verdict(site, name, trainings) else site.processes.output_tail(name)
     return _State(design.final_scene.path.exists(), doing, alive, output_tail)
 
@@ -236,7 +238,8 @@ def _draw_learning(training: Training, shown: _Learning) -> None:
             fact("speed", f"{last.steps_per_s:.0f} steps/s" if last else "–")
             fact("training time", format_duration(last.wall_s) if last else "–")
             if shown.state == "running" and last:
-                fact("time", format_time_left(shown.steps - last.steps, last.steps_per_s))
+                left = format_time_left(shown.steps - last.steps, last.steps_per_s)
+                fact("time", left if last.steps < shown.steps else "testing the policy")
             fact("seed", str(shown.seed))
             if shown.begins_with_script:
                 fact("starts from", "a motion script")
