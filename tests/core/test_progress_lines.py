@@ -18,7 +18,6 @@ def test_progress_is_read_as_it_was_written(left_s: float, told_s: float) -> Non
 def test_a_line_without_time_left_and_a_log_without_progress() -> None:
     ended = read_progress(evaluation_line(100, 100, 70, "checking plausibility"))
     assert ended == ProgressLine("100 of 100 episodes ended, 70 succeeded; checking plausibility", 1.0, None)
-    training = "seed 0: 1000 steps, 50/s, success 25%, at most 3 min 0 s left"
     for log in (
         "",
         "\n",

@@ -367,6 +367,24 @@ def test_a_design_without_a_goal_is_trained_and_probed_with_a_typed_one(tmp_path
     assert [command[0] for command in started] == ["train", "probe"]
 
 
+def test_the_physics_steps_of_a_probe_can_be_set(tmp_path: Path) -> None:
+    site, started = noting(Site.at(tmp_path / "runs"))
+    run = made_run(site.library.path, designs=1)
+
+    async def visit() -> None:
+        async with visitor(site) as user:
+            await user.open(f"/run/{run.path.name}/1?tab=probe")
+            press(user, "Start the probe")
+            user.find("Maximum physics steps").elements.pop().value = 900_000
+            press(user, "Start the probe")
+            user.find("Maximum physics steps").elements.pop().value = 0
+            press(user, "Start the probe")
+            await user.should_see("the maximum of physics steps must be a whole number of at least 1")
+
+    asyncio.run(visit())
+    assert started == [["probe", str(run.design(1).path), *more] for more in ([], ["--max-steps", "900000"])]
+
+
 @visiting
 async def test_a_trained_design_is_shown_and_a_persons_word_kept(user: User, site: Site) -> None:
     run = made_run(site.library.path, designs=1)

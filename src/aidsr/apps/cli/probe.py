@@ -167,6 +167,7 @@ def _print(console: Console, report: ProbeReport, kept: Path | None) -> None:
     console.print(table)
     for line in ends_in_words([one.episode for one in report.variations], report.hold_s):
         console.print(escape(line), soft_wrap=True)
-    console.print(f"{report.simulated_s:.0f} s of simulation in {report.wall_s:.0f} s; {report.why_ended}", style="dim")
+    why = report.why_ended + " (--max-steps)" * (report.ended_by == "budget")
+    console.print(f"{report.simulated_s:.0f} s of simulation in {report.wall_s:.0f} s; {why}", style="dim")
     if kept is not None:
         console.print(f"Report written to {escape(str(kept))}", soft_wrap=True)

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from nicegui import app
+from nicegui import app, ui
 
 from aidsr.apps.web.addresses import file_address
+from aidsr.apps.web.form_values import whole_number
 from aidsr.apps.web.live import as_action, live, show_error, working
 from aidsr.apps.web.measure_form import measure_arguments, measure_field
 from aidsr.apps.web.recorded_episodes import Stage, record_probed
@@ -65,10 +66,13 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
         text("A design can be probed once it is approved.", "soft")
         return
     name = site.probe_name(run, design.number)
-    choices: dict[str, Any] = app.storage.user.setdefault("probe", {"task": ""})
+    choices: dict[str, Any] = app.storage.user.setdefault("probe", {"task": "", "max_steps": None})
 
     def start() -> None:
-        site.processes.start(name, ["probe", str(design.path), *measure_arguments(site, run, choices, name)])
+        limit, steps = [], choices.get("max_steps")
+        if steps is not None:
+            limit = ["--max-steps", str(whole_number("the maximum of physics steps", steps, least=1))]
+        site.processes.start(name, ["probe", str(design.path), *measure_arguments(site, run, choices, name), *limit])
 
     if state.alive:
         with box("notice", role="status"), box("row apart"):
@@ -77,8 +81,17 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
         return
     with box("sheet stack"):
         text("Probe this design", tag="h2")
-        text("Tries some hundred open-loop motions and shows how far the robot gets without learning.", "soft", "p")
+        text(
+            "Tries up to 128 open-loop motions, or 256 with a goal, for each of two variations, and shows how far the "
+            "robot gets without learning. This takes seconds to minutes.",
+            "soft",
+            "p",
+        )
         measure_field(run, choices)
+        with box("form"):
+            limit = ui.number("Maximum physics steps", min=1, step=100_000, precision=0, format="%d")
+            limit.props("outlined dense clearable").bind_value(choices, "max_steps")
+            limit.props["placeholder"] = "300000, with a goal 1000000"
         with box("row"):
             again = "Probe again" if state.written else "Start the probe"
             button(again, as_action(start), "quiet" if state.written else "primary", "play_arrow")
@@ -100,7 +113,7 @@ def _report(site: Site, run: Run, design: DesignFolder, stage: Stage) -> None:
             fact("variations solved", f"{report.won} of {count}")
             fact("by the same motion", f"{round(report.same_motion_share * count)} of {count}")
             fact("mean best progress", f"{report.progress:.2f}")
-            fact("motions tried", str(report.motions))
+            fact("motions tried", f"{report.motions} of {report.candidates} for each variation")
         for line in ends_in_words([one.episode for one in report.variations], report.hold_s):
             text(line, "small", "p")
         text(f"{report.why_ended.capitalize()}.", "", "p")
