@@ -385,6 +385,55 @@ def test_the_physics_steps_of_a_probe_can_be_set(tmp_path: Path) -> None:
     assert started == [["probe", str(run.design(1).path), *more] for more in ([], ["--max-steps", "900000"])]
 
 
+def test_a_training_has_protocol_and_seed_and_a_stopped_one_is_continued(tmp_path: Path) -> None:
+    site, started = noting(Site.at(tmp_path / "runs"))
+    run = made_run(site.library.path, designs=1)
+    design, name = str(run.design(1).path), site.training_name(run, 1)
+    command = ["train", design, "--steps", "4000", "--seeds", "1", "--first-seed", "3", "--protocol", "paper"]
+    folder = run.design(1).path / "training" / "001"
+
+    async def visit() -> None:
+        async with visitor(site) as user:
+            page = f"/run/{run.path.name}/1?tab=training"
+            await user.open(page)
+            await user.should_not_see("Continue training")
+            for label, value in (("Maximum steps", 4000), ("First seed", 3)):
+                user.find(label).elements.pop().value = value
+            next(one for one in user.client.elements.values() if "protocol" in str(one.props)).value = "paper"
+            press(user, "Start training")
+            assert started == [command]
+            replace_file(site.processes.folder / f"{name}.json", json.dumps({"pid": 0, "command": command}).encode())
+            said = "seed 3: 1000 steps\n\nInterrupted. Progress is kept; repeat the same command to continue\n"
+            replace_file(site.processes.folder / f"{name}.log", said.encode())
+            replace_file(folder / "config.json", b'{"steps": 4000, "seed": 3}')
+            rows = "steps,wall_s,episodes,success_share,progress,reward,diverged,steps_per_s\n1024,9,4,0.5,0.7,2,0,9\n"
+            replace_file(folder / "curve.csv", rows.encode())
+            await user.open(page)
+            await user.should_see("Training 1 was stopped at 1,024 of 4,000 steps.")
+            await user.should_not_see("repeat the same command")
+            press(user, "Continue training")
+            assert started == [command, command]
+            replace_file(folder / "training.json", b"{}")
+            await user.open(page)
+            await user.should_see("Training 1 was stopped before its evaluation had ended.")
+
+    asyncio.run(visit())
+
+
+@visiting
+async def test_a_training_estimates_its_time_from_the_last_one(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=1)
+    folder = made_training(run.design(1))
+    replace_file(folder / "config.json", b'{"steps": 4000, "seed": 7, "recipe": {"algorithm": "sac"}}')
+    replace_file(folder / "training.json", b'{"steps": 4000, "wall_s": 40.0}')
+    await user.open(f"/run/{run.path.name}/1?tab=training")
+    user.find("Maximum steps").elements.pop().value = 6000
+    user.find("Policies (trained in sequence)").elements.pop().value = 2
+    await user.should_see("At most about 2 min 0 s of learning, at the speed of training 1")
+    next(one for one in user.client.elements.values() if "protocol" in str(one.props)).value = "paper"
+    await user.should_not_see("of learning")
+
+
 @visiting
 async def test_a_trained_design_is_shown_and_a_persons_word_kept(user: User, site: Site) -> None:
     run = made_run(site.library.path, designs=1)
