@@ -90,7 +90,7 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
         measure_field(run, choices)
         with box("form"):
             limit = ui.number("Maximum physics steps", min=1, step=100_000, precision=0, format="%d")
-            limit.props("outlined dense clearable").bind_value(choices, "max_steps")
+            limit.props("outlined dense clearable stack-label").bind_value(choices, "max_steps")
             limit.props["placeholder"] = "300000, with a goal 1000000"
         with box("row"):
             again = "Probe again" if state.written else "Start the probe"

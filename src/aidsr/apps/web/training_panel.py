@@ -224,8 +224,8 @@ def _start(site: Site, run: Run, design: DesignFolder, name: str, *, is_first: b
         site.processes.start(name, ["train", str(design.path), *words])
 
     def follow() -> None:
-        steps.props.update({"hint": _hint(steps.value)})
-        steps.update()
+        hint.set_text(_hint(steps.value))
+        hint.set_visibility(bool(hint.text))
         estimate.set_text(_estimate(design, choices))
 
     with box("sheet stack"):
@@ -240,6 +240,7 @@ def _start(site: Site, run: Run, design: DesignFolder, name: str, *, is_first: b
             steps.props("outlined dense").bind_value(choices, "steps")
             seeds = ui.number("Policies (trained in sequence)", min=1, max=100, precision=0, format="%d")
             seeds.props("outlined dense").bind_value(choices, "seeds")
+        hint = ui.label().classes("small soft")
         measure_field(run, choices)
         ui.switch("Record videos of the best and the median held-out episode").bind_value(choices, "films")
         with ui.expansion("More settings").props("dense dense-toggle").classes("full"), box("stack"):
@@ -274,7 +275,11 @@ def _estimate(design: DesignFolder, choices: dict[str, Any]) -> str:
 
 def _hint(steps: float | None) -> str:
     """Return what a budget of so few steps is good for; empty where it is large enough to tell something."""
-    return "Shows how training works; too few to tell whether the robot learns" if (steps or 0) < LEAST_TELLING else ""
+    return (
+        "So few steps only show how training works, not whether the robot learns."
+        if (steps or 0) < LEAST_TELLING
+        else ""
+    )
 
 
 def _draw_learning(training: Training, shown: _Learning) -> None:
