@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from fingers import WINCH, finger
 
-from aidsr.fabrication.as_built import as_built, changes_of
+from aidsr.fabrication.as_built import as_built, changes_of, masses_of
 from aidsr.fabrication.build import RobotBuild, build_robot
 from aidsr.fabrication.printers import printer_named
 from aidsr.validation import validate
@@ -86,3 +86,13 @@ def test_hinges_are_strained_as_far_as_cables_pull_until_parts_touch(limits: str
     assert pulled == pytest.approx([10 * 0.0095 / 0.3] * 3, rel=0.01)
     whole = made(finger(joint=limits, stiffness=0.01))
     assert [gap.bend_rad for gap in whole.skeleton.gaps] == [gap.touch_rad for gap in whole.skeleton.gaps]
+
+
+def test_the_masses_are_told_apart_by_what_moves() -> None:
+    """A piece fixed to the world may weigh another mass than simulated; it does not change how the robot moves."""
+    whole = made(finger())
+    masses = masses_of(whole)
+    assert 0 < masses.moving_simulated_kg < masses.simulated_kg
+    told = {change.what: change for change in changes_of(whole)}["mass of all pieces"]
+    moving, fixed = 1000 * masses.moving_built_kg, 1000 * (masses.built_kg - masses.moving_built_kg)
+    assert f": {moving:.1f} g move, {fixed:.1f} g are fixed; as near as the infill" in told.built

@@ -71,7 +71,7 @@ def test_the_command_prints_the_changes_that_it_promises(folder, capsys) -> None
     _print_export(make_console(), Exported(folder, verdict, made("gripper", "tpu95a")))
     printed = capsys.readouterr().out
     for change in verdict.changes:
-        assert f"  change of {change.what}: simulated {change.simulated}; built {change.built}" in printed
+        assert f"  difference in {change.what}: simulated {change.simulated}; built {change.built}" in printed
 
 
 @pytest.mark.parametrize(("robot", "material"), [("arm", "petg"), ("gripper", "tpu95a"), ("crawler", "tpu95a")])

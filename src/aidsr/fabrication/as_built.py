@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from aidsr.fabrication.build import RobotBuild
+from aidsr.fabrication.build import PrintedPart, RobotBuild
 from aidsr.fabrication.schema import Change
 from aidsr.mjcf.compile import parse_mjcf
 from aidsr.sandbox.isolated import isolated
@@ -77,12 +77,48 @@ def changes_of(build: RobotBuild) -> tuple[Change, ...]:
     return tuple(found)
 
 
+@dataclass(frozen=True)
+class Masses:
+    """Masses of the printed pieces with the rods in them [kg].
+
+    Attributes:
+        simulated_kg: As simulated.
+        built_kg: As built.
+        moving_simulated_kg: As simulated, without the pieces that are fixed to the world.
+        moving_built_kg: As built, without the pieces that are fixed to the world.
+    """
+
+    simulated_kg: float
+    built_kg: float
+    moving_simulated_kg: float
+    moving_built_kg: float
+
+
+def masses_of(build: RobotBuild) -> Masses:
+    """Return the masses of a robot's printed pieces, as simulated and as built."""
+    parts = build.anatomy.parts
+    held = {piece.name for piece in build.shaping.pieces if all(parts[part].held for part in piece.parts)}
+    moving = [part for part in build.robot_parts if not held & set(part.used_for)]
+
+    def summed(pieces: Sequence[PrintedPart]) -> tuple[float, float]:
+        simulated = sum(piece.weight.simulated_kg * len(piece.used_for) for piece in pieces)
+        return simulated, sum(piece.weight.mass_kg * len(piece.used_for) for piece in pieces)
+
+    return Masses(*summed(build.robot_parts), *summed(moving))
+
+
 def _mass_changes(build: RobotBuild) -> list[Change]:
-    simulated = sum(part.weight.simulated_kg * len(part.used_for) for part in build.robot_parts)
-    built = sum(part.weight.mass_kg * len(part.used_for) for part in build.robot_parts)
-    if abs(built - simulated) <= _NOTICED * simulated:
+    masses = masses_of(build)
+    if abs(masses.built_kg - masses.simulated_kg) <= _NOTICED * masses.simulated_kg:
         return []
-    return [Change(what="mass", simulated=f"{1000 * simulated:.1f} g", built=f"{1000 * built:.1f} g")]
+
+    def grams(all_kg: float, moving_kg: float) -> str:
+        parts = f": {1000 * moving_kg:.1f} g move, {1000 * (all_kg - moving_kg):.1f} g are fixed"
+        return f"{1000 * all_kg:.1f} g" + parts * (masses.simulated_kg > masses.moving_simulated_kg)
+
+    simulated = grams(masses.simulated_kg, masses.moving_simulated_kg)
+    built = f"{grams(masses.built_kg, masses.moving_built_kg)}; as near as the infill of each piece allows"
+    return [Change(what="mass of all pieces", simulated=simulated, built=built)]
 
 
 def _joint_changes(build: RobotBuild) -> list[Change]:

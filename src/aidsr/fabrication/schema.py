@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import Literal
 
 from aidsr.core.artifacts import Artifact, Fault
+from aidsr.core.formatting import counted
 
 MARK = "verdict.json"
 """File that marks a folder as an export, which a later export may replace."""
@@ -94,6 +95,20 @@ class Verdict(Artifact):
     unpriced: tuple[str, ...]
     """Items without a known price."""
     retest: Retest | None = None
+
+    @property
+    def answer(self) -> str:
+        """Whether the robot can be built, in words, with the numbers of errors, differences and warnings."""
+        errors = [fault for fault in self.reasons if fault.severity == "error"]
+        warnings = len(self.reasons) - len(errors)
+        match self.verdict:
+            case "buildable":
+                told = "can be built as simulated"
+            case "buildable with changes":
+                told = f"can be built, with {counted(len(self.changes), 'difference')} from the simulation"
+            case "not buildable":
+                told = f"cannot be built: {counted(len(errors), 'error')}"
+        return told + f"; {counted(warnings, 'warning')}" * bool(warnings)
 
 
 class PartEntry(Artifact):

@@ -181,6 +181,22 @@ def read_curve(training: Training) -> tuple[CurveRow, ...]:
         raise UserError(f"cannot read the learning curve {path} ({error}); restore or remove it") from None
 
 
+def without_tests(training: Training, curve: tuple[CurveRow, ...]) -> tuple[tuple[CurveRow, ...], CurveRow | None]:
+    """Return the rows of a learning curve that were written while learning, and the test of the final policy.
+
+    After the last step of learning, the policy to keep is tested in new episodes without noise, which is written as
+    another row. Success in other episodes is no change of the policy, so it must not be drawn as one.
+
+    Returns:
+        The rows of learning; the last row of the tests, None before there is one.
+    """
+    learned = next((i for i in range(1, len(curve)) if curve[i].steps == curve[i - 1].steps), len(curve))
+    recipe = (training.config.read() or {}).get("recipe") or {}
+    if learned == len(curve) > 1 and recipe.get("script") and recipe.get("from_probe"):
+        learned -= 1  # a policy that never succeeded was not tested; the searched motion that replaced it was
+    return curve[:learned], curve[-1] if learned < len(curve) else None
+
+
 def learning_in_words(training: Training) -> list[str]:
     """Return lines of text on a finished training: duration, reason of its end, and points of its learning curve."""
     result, curve = training.result.read() or {}, read_curve(training)

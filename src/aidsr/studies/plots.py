@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from aidsr.core.formatting import task_title
 from aidsr.core.plots import CURVES, SOFT, svg_plot
-from aidsr.runs.trainings import Training, read_curve
+from aidsr.runs.trainings import Training, read_curve, without_tests
 from aidsr.studies.jobs import training_folder_of
 from aidsr.studies.outcomes import DesignRow
 from aidsr.studies.study import Study
@@ -56,7 +56,7 @@ def curves_of_task(study: Study, rows: Sequence[DesignRow]) -> str:
         run = study.run(cells[row.arm, row.task, row.run])
         for seed in range(study.plan.seeds if run else 0):
             folder = training_folder_of(run.design(row.design), seed) if run else Path()
-            curve = read_curve(Training(folder))
+            curve, _ = without_tests(Training(folder), read_curve(Training(folder)))
             points = [(point.steps / 1000, point.progress) for point in curve if point.progress is not None]
             if points:
                 curves.append((arms[row.arm], points))

@@ -50,17 +50,18 @@ def test_a_training_shows_success_and_the_time_left_in_a_terminal_and_in_a_file(
 
 
 @pytest.mark.parametrize(
-    ("recipe", "won", "told"),
+    ("recipe", "won", "budget", "told"),
     [
-        (PROTOCOLS["best"], 0, True),
-        (PROTOCOLS["best"], 1, False),
-        (PROTOCOLS["paper"], 0, False),
-        (recipe_of("best", stop_hopeless=True), 0, False),
+        (PROTOCOLS["best"], 0, 10_000, True),
+        (PROTOCOLS["best"], 1, 10_000, False),
+        (PROTOCOLS["best"], 0, 9_999, False),  # too small a budget to tell
+        (PROTOCOLS["paper"], 0, 10_000, False),
+        (recipe_of("best", stop_hopeless=True), 0, 10_000, False),
     ],
 )
-def test_a_training_without_a_success_after_most_of_its_steps_says_so_once(recipe, won, told) -> None:
+def test_a_training_without_a_success_after_most_of_its_steps_says_so_once(recipe, won, budget, told) -> None:
     console = Console(file=io.StringIO(), width=120)
-    with TrainingBar(console, "seed 0", 10_000, recipe) as bar:
+    with TrainingBar(console, "seed 0", budget, recipe) as bar:
         for steps in (6_900, 7_000, 9_000):
             bar.listen(CurvePoint(steps, 20.0, 40, 0.0, 0.5, 1.0, 0, 50.0, won))
         if told:

@@ -74,6 +74,24 @@ async def test_a_retest_is_not_called_stable_above_an_error_of_its_winches(user:
 
 
 @visiting
+async def test_a_finding_is_told_once_and_warnings_are_not_called_changes(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=1)
+    folder = made_export(run.design(1), verdict="buildable")
+    told = Verdict.model_validate_json((folder / "verdict.json").read_text())
+    assert told.retest is not None
+    error = Fault(code="actuator_overforce", layer="realizability", severity="error", message="pulls too hard")
+    warning = error.model_copy(update={"severity": "warning"})
+    retest = told.retest.model_copy(update={"faults": (error,)})
+    update = {"reasons": (warning,), "retest": retest, "changes": (), "simulated_g": 60.0, "built_g": 34.6}
+    (folder / "verdict.json").write_text(told.model_copy(update=update).model_dump_json())
+    await user.open(f"/run/{run.path.name}/1/export")
+    await user.should_see("It can be built as simulated; 1 warning.")
+    assert shown(user).count("pulls too hard") == 1
+    await user.should_see("pieces fixed to the world")
+    await user.should_see("10 g (simulated 36 g)")
+
+
+@visiting
 async def test_an_export_is_a_process_of_its_own(user: User, site: Site) -> None:
     run = made_run(site.library.path, designs=1)
     await user.open(f"/run/{run.path.name}/1/export")

@@ -6,15 +6,15 @@ import json
 import os
 import re
 import shutil
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import asynccontextmanager, chdir
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from html import unescape
 from pathlib import Path
 
 import numpy as np
 import pytest
-from made import MJCF, SCRIPT, blamed, made_run, made_training
+from made import MJCF, SCRIPT, blamed, concept, made_run, made_training
 from nicegui import app, ui
 from nicegui.elements.upload_files import SmallFileUpload
 from nicegui.storage import Storage
@@ -28,12 +28,15 @@ from aidsr.apps.web.manual_panel import answer, prompts_of
 from aidsr.apps.web.mjcf_text import difference, highlighted
 from aidsr.apps.web.model_form import budget_from, estimated_cost
 from aidsr.apps.web.pages import add_pages
+from aidsr.apps.web.processes import Processes
 from aidsr.apps.web.review_panel import part_names, refinement
 from aidsr.apps.web.setup_page import FRESH, request_from
 from aidsr.apps.web.site import Site
+from aidsr.apps.web.upload import ENVIRONMENT
 from aidsr.core.artifacts import (
     Critique,
     CritiqueIssue,
+    Decision,
     Evaluation,
     Outcome,
     PerturbedEpisodes,
@@ -43,10 +46,11 @@ from aidsr.core.artifacts import (
 from aidsr.core.config import Budget, RunConfig
 from aidsr.core.directory_lock import DirectoryLock
 from aidsr.core.errors import UserError
+from aidsr.examples import examples
 from aidsr.runs import EventLog
 from aidsr.runs.events import Started, Stopped
 from aidsr.runs.files import replace_file
-from aidsr.runs.trainings import Inspection, trainings_of
+from aidsr.runs.trainings import Inspection, read_curve, trainings_of, without_tests
 from aidsr.teams.providers.manual import pending_prompts
 
 
@@ -248,6 +252,40 @@ async def test_a_refinement_is_kept_while_it_is_typed_and_written_as_a_decision(
 
 
 @visiting
+async def test_a_review_tells_what_the_rules_understand_and_what_became_of_the_last_words(
+    user: User, site: Site
+) -> None:
+    run = made_run(site.library.path, waiting=True, designs=1)
+    model = made_run(site.library.path, waiting=True, designs=1, name="Other", model="x:model")
+    run.design(1).iteration(1).decision.write(Decision(verdict="refine", text="use three tendons"))
+    told = concept("Arm").model_copy(update={"rationale": 'Not understood: "use three tendons".'})
+    run.design(1).iteration(2).concept.write(told)
+    with EventLog(run.events), EventLog(model.events):
+        await user.open(f"/run/{run.path.name}/1")
+        await user.should_see("The built-in rules understand only: longer, shorter")
+        await user.should_see("“use three tendons”")
+        await user.should_see('Not understood: "use three tendons".')
+        await user.open(f"/run/{model.path.name}/1")
+        await user.should_see("What should change?")
+        await user.should_not_see("The built-in rules understand only")
+        await user.should_not_see("What became of your last words")
+
+
+@pytest.mark.parametrize(
+    ("turned", "told"),
+    [
+        ("", "stand (a robot stands upright)"),
+        (' euler="180 0 0"', "a robot hangs down"),
+        (' euler="0 90 0"', "along 1 0"),
+    ],
+)
+def test_an_uploaded_environment_tells_where_a_robot_will_point(turned: str, told: str) -> None:
+    site = f'<site name="mount_stand" pos="0 0 0.7"{turned}/>'
+    facts = dict(ENVIRONMENT.look(f"<mujoco><worldbody>{site}</worldbody></mujoco>", {}))
+    assert told in facts["mounts"]
+
+
+@visiting
 async def test_of_two_tabs_that_decide_the_second_is_told(user: User, site: Site) -> None:
     run = made_run(site.library.path, waiting=True, designs=1)
     with EventLog(run.events):
@@ -284,6 +322,116 @@ async def test_of_two_trainings_the_one_at_work_is_told_from_the_stopped_one(use
         await user.should_see("Training 1")
         badges = [one for one in user.client.elements.values() if "badge" in one.classes]
         assert [one.text for one in badges if one.text in ("running", "stopped")] == ["running", "stopped"]
+
+
+@dataclass(frozen=True)
+class NotedProcesses(Processes):
+    """Processes that only note their commands."""
+
+    started: list[list[str]] = field(default_factory=list)
+
+    def start(self, name: str, command: Sequence[str]) -> None:
+        del name
+        self.started.append(list(command))
+
+
+def noting(site: Site) -> tuple[Site, list[list[str]]]:
+    """Return a site whose processes only note their commands, and those commands."""
+    processes = NotedProcesses(site.processes.folder)
+    return replace(site, processes=processes), processes.started
+
+
+def test_a_design_without_a_goal_is_trained_and_probed_with_a_typed_one(tmp_path: Path) -> None:
+    site, started = noting(Site.at(tmp_path / "runs"))
+    run = made_run(site.library.path, designs=1, task="", objective="Ring the bell.")
+    (run.path / "environment.xml").write_text(examples()["bell"].environment)
+
+    async def visit() -> None:
+        async with visitor(site) as user:
+            for tab, pressed in (("training", "Start training"), ("probe", "Start the probe")):
+                await user.open(f"/run/{run.path.name}/1?tab={tab}")
+                goal = user.find("Goal (TOML)").elements.pop()
+                goal.value = ""
+                press(user, pressed)
+                await user.should_see("in a terminal add --goal goal.toml to the command")
+                goal.value = 'kind = "touch"\ntarget = "gong"'
+                press(user, pressed)
+                await user.should_see("gong")
+                assert len(started) == (tab == "probe"), "a goal that does not fit the environment starts nothing"
+                goal.value = examples()["bell"].goal
+                press(user, pressed)
+                file = Path(started[-1][started[-1].index("--goal") + 1])
+                assert file.read_text() == examples()["bell"].goal
+
+    asyncio.run(visit())
+    assert [command[0] for command in started] == ["train", "probe"]
+
+
+def test_the_physics_steps_of_a_probe_can_be_set(tmp_path: Path) -> None:
+    site, started = noting(Site.at(tmp_path / "runs"))
+    run = made_run(site.library.path, designs=1)
+
+    async def visit() -> None:
+        async with visitor(site) as user:
+            await user.open(f"/run/{run.path.name}/1?tab=probe")
+            press(user, "Start the probe")
+            user.find("Maximum physics steps").elements.pop().value = 900_000
+            press(user, "Start the probe")
+            user.find("Maximum physics steps").elements.pop().value = 0
+            press(user, "Start the probe")
+            await user.should_see("the maximum of physics steps must be a whole number of at least 1")
+
+    asyncio.run(visit())
+    assert started == [["probe", str(run.design(1).path), *more] for more in ([], ["--max-steps", "900000"])]
+
+
+def test_a_training_has_protocol_and_seed_and_a_stopped_one_is_continued(tmp_path: Path) -> None:
+    site, started = noting(Site.at(tmp_path / "runs"))
+    run = made_run(site.library.path, designs=1)
+    design, name = str(run.design(1).path), site.training_name(run, 1)
+    command = ["train", design, "--steps", "4000", "--seeds", "1", "--first-seed", "3", "--protocol", "paper"]
+    folder = run.design(1).path / "training" / "001"
+
+    async def visit() -> None:
+        async with visitor(site) as user:
+            page = f"/run/{run.path.name}/1?tab=training"
+            await user.open(page)
+            await user.should_not_see("Continue training")
+            for label, value in (("Maximum steps", 4000), ("First seed", 3)):
+                user.find(label).elements.pop().value = value
+            next(one for one in user.client.elements.values() if "protocol" in str(one.props)).value = "paper"
+            press(user, "Start training")
+            assert started == [command]
+            replace_file(site.processes.folder / f"{name}.json", json.dumps({"pid": 0, "command": command}).encode())
+            said = "seed 3: 1000 steps\n\nInterrupted. Progress is kept; repeat the same command to continue\n"
+            replace_file(site.processes.folder / f"{name}.log", said.encode())
+            replace_file(folder / "config.json", b'{"steps": 4000, "seed": 3}')
+            rows = "steps,wall_s,episodes,success_share,progress,reward,diverged,steps_per_s\n1024,9,4,0.5,0.7,2,0,9\n"
+            replace_file(folder / "curve.csv", rows.encode())
+            await user.open(page)
+            await user.should_see("Training 1 was stopped at 1,024 of 4,000 steps.")
+            await user.should_not_see("repeat the same command")
+            press(user, "Continue training")
+            assert started == [command, command]
+            replace_file(folder / "training.json", b"{}")
+            await user.open(page)
+            await user.should_see("Training 1 was stopped before its evaluation had ended.")
+
+    asyncio.run(visit())
+
+
+@visiting
+async def test_a_training_estimates_its_time_from_the_last_one(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=1)
+    folder = made_training(run.design(1))
+    replace_file(folder / "config.json", b'{"steps": 4000, "seed": 7, "recipe": {"algorithm": "sac"}}')
+    replace_file(folder / "training.json", b'{"steps": 4000, "wall_s": 40.0}')
+    await user.open(f"/run/{run.path.name}/1?tab=training")
+    user.find("Maximum steps").elements.pop().value = 6000
+    user.find("Policies (trained in sequence)").elements.pop().value = 2
+    await user.should_see("At most about 2 min 0 s of learning, at the speed of training 1")
+    next(one for one in user.client.elements.values() if "protocol" in str(one.props)).value = "paper"
+    await user.should_not_see("of learning")
 
 
 @visiting
@@ -348,6 +496,88 @@ def test_what_is_said_of_a_design_is_said_of_one_policy(tmp_path: Path) -> None:
     rows = dict(comparison_column(run.name, design, view).rows)
     told = ("held-out success", "valid", "successful")
     assert tuple(rows[name] for name in told) == ("75% of 4", "yes", "yes")
+
+
+def at_work(site: Site, name: str, *lines: str) -> EventLog:
+    """Return the lock of a process that is at work and has written these lines; to be held while it lives."""
+    site.processes.folder.mkdir(parents=True, exist_ok=True)
+    (site.processes.folder / f"{name}.json").write_text('{"pid": 0}')
+    (site.processes.folder / f"{name}.log").write_text("".join(f"{line}\n" for line in lines))
+    return EventLog(site.processes.folder / f"{name}.log")
+
+
+@visiting
+async def test_an_evaluation_and_a_probe_tell_their_progress(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=2)
+    folder = made_training(run.design(1))
+    (folder / "evaluation.json").unlink()
+    replace_file(folder / "training.json", b"{}")
+    evaluated = "12 of 100 episodes ended, 11 succeeded; at most 30.1 s left, then checks"
+    probed = "32 of 128 motions tried, 1 of 2 variations solved, progress 0.50, at most 1 min 0 s left"
+    with (
+        at_work(site, site.training_name(run, 1), "evaluating 100 episodes …", evaluated),
+        at_work(site, site.probe_name(run, 2), probed),
+    ):
+        training, probe = site.activities.current()
+        assert training.doing == "evaluating the policy: 12 of 100 episodes ended, 11 succeeded"
+        assert probe.doing == "32 of 128 motions tried, 1 of 2 variations solved, progress 0.50"
+        assert (training.share, probe.share) == (0.12, 0.25)
+        assert training.left_s is not None
+        assert probe.left_s is not None
+        assert 0 < training.left_s <= 30.1 < probe.left_s <= 60
+        await user.open(f"/run/{run.path.name}/1?tab=training")
+        await user.should_see("Evaluating the policy. 12 of 100 episodes ended, 11 succeeded.")
+        await user.open(f"/run/{run.path.name}/2?tab=probe")
+        await user.should_see("32 of 128 motions tried")
+
+
+@visiting
+async def test_the_test_at_the_end_of_a_training_is_said(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=1)
+    folder = made_training(run.design(1))
+    (folder / "evaluation.json").unlink()
+    rows = "steps,wall_s,episodes,success_share,progress,reward,diverged,steps_per_s\n4032,9,4,0.5,0.7,2.0,0,222\n"
+    replace_file(folder / "curve.csv", rows.encode())
+    with at_work(site, site.training_name(run, 1)), EventLog(folder / "events.jsonl"):
+        (activity,) = site.activities.current()
+        assert (activity.doing, activity.left_s) == ("4,000 of 4,000 steps, testing the policy", None)
+        await user.open(f"/run/{run.path.name}/1?tab=training")
+        await user.should_see("testing the policy")
+        await user.should_not_see("0.0 s left")
+
+
+@visiting
+async def test_a_budget_that_is_too_small_to_tell_anything_has_a_hint(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=1)
+    await user.open(f"/run/{run.path.name}/1?tab=training")
+    steps = user.find("Maximum steps").elements.pop()
+    for count, hinted in ((4000, True), (10_000, False), (None, True)):
+        steps.value = count
+        assert ("So few steps only show how training works" in shown(user)) is hinted
+
+
+@visiting
+async def test_the_test_of_the_final_policy_is_no_point_of_the_learning_curve(user: User, site: Site) -> None:
+    """The first rows are a training of 4,000 steps: 29 % of its episodes succeeded, then none of the 20 of the test."""
+    run = made_run(site.library.path, designs=1)
+    folder = made_training(run.design(1))
+    rows = "steps,wall_s,episodes,success_share,progress,reward,diverged,steps_per_s\n"
+    rows += "3936,31.98,17,0.2857,0.333,3.9435,0,686.4\n4032,32.11,18,0.2857,0.333,3.9435,0,723.9\n"
+    replace_file(folder / "curve.csv", (rows + "4032,32.11,38,0.0,0.1202,-0.6237,0,125.6\n").encode())
+    training = trainings_of(run.design(1))[0]
+    learned, test = without_tests(training, read_curve(training))
+    assert [row.success_share for row in learned] == [0.2857, 0.2857]
+    assert test is not None
+    assert (test.success_share, test.progress) == (0.0, 0.1202)
+    await user.open(f"/run/{run.path.name}/1?tab=training")
+    await user.should_see("29%")
+    await user.should_see("Test of the kept policy after learning")
+    await user.should_see("0% succeeded, progress 0.12.")
+    replace_file(folder / "curve.csv", rows.encode())
+    assert without_tests(training, read_curve(training)) == (learned, None)
+    beaten = {"steps": 4000, "seed": 7, "recipe": {"script": "hold 1", "from_probe": True}}
+    replace_file(folder / "config.json", json.dumps(beaten).encode())
+    assert without_tests(training, learned) == (learned[:1], learned[1])
 
 
 @visiting

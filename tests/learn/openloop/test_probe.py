@@ -138,6 +138,7 @@ def test_what_is_solved_is_searched_no_further(report):
 def test_physics_steps_bound_the_search_and_what_it_found_is_still_played(candidates, max_steps, motions):
     report = probe(small_scene(), FarPushing(), **{**QUICK, "candidates": candidates}, max_steps=max_steps)
     assert report.ended_by == "budget"
+    assert report.why_ended == f"its {max_steps:,} physics steps are used up; with more it may get farther"
     assert report.motions in motions
     assert report.played_steps <= max(max_steps, 2 * 4 * 500 + 4 * 500)
     assert [one.episode.time_s for one in report.variations] == [1.0, 1.0]

@@ -1,5 +1,6 @@
 """The Designer reads the job, proposes bodies that differ, and changes them as far as it understands."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ from aidsr.core.artifacts import Keep
 from aidsr.core.errors import ReplyError
 from aidsr.teams import rules as builtin
 from aidsr.teams.rules import user_robot as own_robot
+from aidsr.teams.rules.apply_feedback import UNDERSTOOD, WORDS
 from aidsr.teams.rules.families.ring import tread_radius
 from aidsr.teams.rules.job import read_job
 
@@ -157,7 +159,7 @@ def test_wishes_are_granted(wish: str, parameter: str, factor: float) -> None:
     concept = next(c for c in proposals("button_pushing", 1) if c.family == "arm")
     changed = builtin.team(1).designer.revise(brief("button_pushing"), concept, None, wish)
     assert changed.parameters[parameter] == pytest.approx(concept.parameters[parameter] * factor, rel=0.01)
-    assert "Changed as asked" in changed.rationale
+    assert "Changed as you asked" in changed.rationale
     assert changed.family == "arm"
 
 
@@ -190,6 +192,30 @@ def test_what_is_not_understood_is_said_and_changes_nothing() -> None:
     changed = builtin.team(1).designer.revise(brief("flat_ground"), concept, None, "Paint it green.")
     assert changed.parameters == concept.parameters
     assert "recognized no change" in changed.rationale
+
+
+def test_the_rationale_names_who_asked_and_what_was_not_understood() -> None:
+    """A change that the Judge has undone stays in the rationale, and so does what the rules did not understand."""
+    revise, asked = builtin.team(1).designer.revise, brief("button_pushing")
+    arm = next(c for c in proposals("button_pushing", 1) if c.family == "arm")
+    words = "About robot/tendon_240: Make it 30 percent shorter and use only three tendons. Thinner, please."
+    refined = revise(asked, arm, None, words)
+    judged = revise(asked, refined, None, "reach: the functional part reaches 0.24 m. make it longer")
+    assert 'Changed as you asked: "shorter" (length_m, bending_stiffness_n_m2 x 0.8), "thinner"' in refined.rationale
+    missed = '"robot/tendon_240" (the rules change the whole robot), "30 percent", "use only three tendons", "please".'
+    assert refined.rationale.endswith(f"Not understood: {missed}")
+    first, second = judged.rationale.index("Changed as you asked"), judged.rationale.index("Changed as the Judge asked")
+    assert judged.rationale[first:].startswith(refined.rationale[refined.rationale.index("Changed as you asked") :])
+    assert (
+        judged.rationale[second:] == 'Changed as the Judge asked: "longer" (length_m, bending_stiffness_n_m2 x 1.25).'
+    )
+    other = revise(asked, judged, None, "Try a tentacle instead.")
+    assert 'Changed as you asked: "tentacle" (a tentacle instead of the arm).' in other.rationale
+
+
+def test_the_words_shown_to_a_person_are_those_that_the_rules_understand() -> None:
+    for word in UNDERSTOOD.partition(";")[0].split(", "):
+        assert any(re.search(pattern, word) for pattern, _, _ in WORDS), word
 
 
 def test_a_robot_brought_along_is_kept_and_varied() -> None:

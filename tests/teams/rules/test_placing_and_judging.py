@@ -7,7 +7,7 @@ from lxml import etree
 
 from aidsr.core.artifacts import Critique, CritiqueIssue, Fault, Placement, Scene, ValidationReport
 from aidsr.sim.assembly import assemble
-from aidsr.tasks import load_task
+from aidsr.tasks import load_task, task_names
 from aidsr.teams import rules as builtin
 
 RULES = builtin.team(1)
@@ -281,3 +281,35 @@ def test_a_grasp_far_beside_its_object_is_the_integrators_fault() -> None:
     answer = RULES.judge.judge(asked, idea, robot, assemble(robot, asked.environment, wrong), STABLE)
     assert issues(answer) == {("integrator", "offset")}
     assert RULES.integrator.adjust(asked, idea, robot, wrong, answer).position_m == right.position_m
+
+
+SHELF = """<mujoco model="shelf"><worldbody><geom name="floor" type="plane" size="1 1 0.1"/>
+<body name="shelf" pos="0.25 0 0.3"><geom name="board" type="box" size="0.1 0.15 0.01"/></body>
+<body name="cup" pos="0.22 0.02 0.35"><freejoint/><geom name="cup" type="cylinder" size="0.025 0.03" mass="0.08"/>
+</body><site name="mount" pos="0 0 0.7"{turned}/></worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("turned", "passes"), [("", False), (' zaxis="0.53 0.05 -0.85"', True), (' zaxis="1 0 0"', True)]
+)
+def test_a_robot_that_points_away_from_its_target_does_not_pass(turned: str, passes: bool) -> None:
+    """An arm that is long enough does not reach what is behind its mount; the environment has to be changed."""
+    asked = free_brief("Reach the cup on the shelf and push it 5 cm away.", SHELF.format(turned=turned))
+    idea = next(c for c in RULES.designer.propose(asked, 3) if c.family == "arm")
+    robot = RULES.coder.write(asked, idea)
+    whole = assemble(robot, asked.environment, RULES.integrator.place(asked, idea, robot))
+    answer = RULES.judge.judge(asked, idea, robot, whole, STABLE)
+    assert ("direction" in {issue.component for issue in answer.issues}) is not passes
+    if not passes:
+        [issue] = (issue for issue in answer.issues if issue.component == "direction")
+        assert issue.problem.startswith("the robot points away from cup, which is 414 mm away, behind mount")
+        assert 'zaxis="0.53 0.05 -0.85"' in issue.suggestion
+
+
+@pytest.mark.parametrize("task", [name for name in task_names() if load_task(name).base == "fixed"])
+def test_no_benchmark_target_is_behind_its_robot(task: str) -> None:
+    asked = brief(task)
+    for idea in RULES.designer.propose(asked, 8):
+        robot = RULES.coder.write(asked, idea)
+        whole = scene(task, robot, RULES.integrator.place(asked, idea, robot))
+        assert "direction" not in {component for _, component in issues(judged(task, idea, robot, whole))}

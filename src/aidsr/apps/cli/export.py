@@ -67,15 +67,19 @@ def _print_export(console: Console, exported: Exported) -> None:
     def line(text: str, style: str = "") -> None:
         console.print(text, style=style, markup=False, soft_wrap=True)
 
-    line(verdict.verdict, "bold " + {"buildable": "green", "not buildable": "red"}.get(verdict.verdict, "yellow"))
+    line(
+        f"{verdict.verdict}: {verdict.answer}",
+        "bold " + {"buildable": "green", "not buildable": "red"}.get(verdict.verdict, "yellow"),
+    )
     for fault in verdict.reasons:
         names = ", ".join(fault.names[:3]) + (" …" if len(fault.names) > 3 else "")
         line(f"  {fault.severity} {fault.code}{' at ' * bool(names)}{names}: {format_fault(fault)}")
     for change in verdict.changes:
-        line(f"  change of {change.what}: simulated {change.simulated}; built {change.built}")
+        line(f"  difference in {change.what}: simulated {change.simulated}; built {change.built}")
     printed = sum(len(part.used_for) for part in made.parts)
     line(f"  {counted(printed, 'part')} of {counted(len(made.parts), 'kind')}, limbs of {made.material.label}")
-    line(f"  moving mass {verdict.moving_built_g:g} g (simulated {verdict.moving_simulated_g:g} g)")
+    moving = f"{verdict.moving_built_g:g} g (simulated {verdict.moving_simulated_g:g} g)"
+    line(f"  mass of the pieces that move {moving}")
     motors = sorted({winch.fit.motor.name for winch in made.winches if winch.fit is not None})
     unknown = f", and {len(verdict.unpriced)} without a known price" if verdict.unpriced else ""
     named = f" ({'; '.join(motors)})" if motors else ""

@@ -12,6 +12,7 @@ from cyclopts.validators import Number
 from aidsr.apps.cli.flag import Flag
 from aidsr.core.ends import ends_in_words
 from aidsr.core.formatting import format_time_left
+from aidsr.core.progress_lines import probe_line
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -85,16 +86,20 @@ def probe(
     from aidsr.core.errors import with_source
     from aidsr.runs.files import replace_file
 
-    began = time.monotonic()
+    began, next_line = time.monotonic(), 0
+    told = make_console(to_stderr=True)
 
     def listen(point: ProbePoint) -> None:
+        nonlocal next_line
         left = format_time_left(point.candidates - point.motions, point.motions / (time.monotonic() - began))
-        status.update(
-            f"{point.motions} motions tried, {point.solved} of {point.variations} variations solved, "
-            f"progress {point.progress:.2f}, {left}"
-        )
+        counts = (point.motions, point.candidates, point.solved, point.variations)
+        line = probe_line(*counts, point.progress, left)
+        status.update(line)
+        if not told.is_terminal and point.motions >= next_line:
+            next_line = point.motions + point.candidates // 10
+            told.print(line, style="dim", soft_wrap=True)
 
-    with make_console(to_stderr=True).status("trying motions") as status, with_source(scene):
+    with told.status("trying motions") as status, with_source(scene):
         report = api.probe(
             scene,
             task or "",
@@ -162,6 +167,7 @@ def _print(console: Console, report: ProbeReport, kept: Path | None) -> None:
     console.print(table)
     for line in ends_in_words([one.episode for one in report.variations], report.hold_s):
         console.print(escape(line), soft_wrap=True)
-    console.print(f"{report.simulated_s:.0f} s of simulation in {report.wall_s:.0f} s; {report.why_ended}", style="dim")
+    why = report.why_ended + " (--max-steps)" * (report.ended_by == "budget")
+    console.print(f"{report.simulated_s:.0f} s of simulation in {report.wall_s:.0f} s; {why}", style="dim")
     if kept is not None:
         console.print(f"Report written to {escape(str(kept))}", soft_wrap=True)

@@ -21,6 +21,7 @@ from aidsr.core.artifacts import Evaluation, PerturbedEpisodes
 from aidsr.core.config import VERDICT_EPISODES
 from aidsr.core.ends import evaluation_in_words
 from aidsr.core.formatting import format_check, format_time_left
+from aidsr.core.progress_lines import evaluation_line
 
 if TYPE_CHECKING:
     from aidsr.api import DesignedScene
@@ -175,6 +176,8 @@ class TrainingBar:
         self._say_if_hopeless(point)
         success = f"{point.success_share:.0%}" if point.episodes else "–"
         left = format_time_left(self._steps - point.steps, point.steps_per_s)
+        if point.steps >= self._steps:
+            left = "testing the policy"
         self._progress.update(self._bar, completed=point.steps, speed=point.steps_per_s, success=success, left=left)
         if not self._console.is_terminal and point.steps >= self._next_line:
             self._next_line = point.steps + self._steps // 10
@@ -183,10 +186,10 @@ class TrainingBar:
 
     def _say_if_hopeless(self, point: CurvePoint) -> None:
         """Print once that a training looks hopeless, unless `stop_hopeless` ends it: then its end reports that."""
-        from aidsr.learn.rl.recipe import is_hopeless
+        from aidsr.learn.rl.recipe import looks_hopeless
 
         algorithm, has_succeeded = self._recipe.algorithm, point.won > 0
-        hopeless = is_hopeless(algorithm, has_succeeded=has_succeeded, steps=point.steps, budget=self._steps)
+        hopeless = looks_hopeless(algorithm, has_succeeded=has_succeeded, steps=point.steps, budget=self._steps)
         if hopeless and not self._told_hopeless:
             self._told_hopeless = True
             self._console.print(f"{self._title}: {_NO_SUCCESS_YET}", soft_wrap=True)
@@ -211,12 +214,12 @@ def evaluating(
             if told < 0:
                 console.print(f"evaluating {episodes} episodes{' and writing videos' * videos}{again} …", style="dim")
                 told = 0
-            line = f"{point.ended} of {point.episodes} episodes ended, {point.succeeded} succeeded; "
             if point.ended == point.episodes:
-                line += "checking plausibility"
+                rest = "checking plausibility"
             else:
                 per_s = point.simulated_s / (time.monotonic() - began)
-                line += f"{format_time_left(point.time_limit_s - point.simulated_s, per_s)}, then checks"
+                rest = f"{format_time_left(point.time_limit_s - point.simulated_s, per_s)}, then checks"
+            line = evaluation_line(point.ended, point.episodes, point.succeeded, rest)
             status.update(line)
             if quarter > told and not console.is_terminal:
                 console.print(line, style="dim", soft_wrap=True)

@@ -116,19 +116,24 @@ class Activities:
         since, address = iso_time(began_s), job_address(name, job.number, job.kind)
         if job.kind == "export":
             return Activity("export", title, address, "creating parts", since, process=job.process)
+        told = self._site.processes.progress(job.process) if job.process else None
+        share, left_s = (told.share, told.left_s) if told else (None, None)
         if job.kind == "probe":
-            return Activity("probe", title, address, "trying motions", since, process=job.process)
+            doing = told.doing if told else "trying motions"
+            return Activity("probe", title, address, doing, since, share, left_s, job.process)
         learning = [one for one in at_work or trainings if one.stage == "learning"]
         curve = read_curve(learning[-1]) if learning else ()
         steps = int((learning[-1].config.read() or {}).get("steps", 0)) if learning else 0
         if not curve or not steps:
             again = bool(at_work) and at_work[-1].stage == "judged"
             judging = "rendering videos, or repeating the evaluation" if again else "evaluating the policy"
-            doing = "starting to learn" if learning else judging
-            return Activity("training", title, address, doing, since, process=job.process)
+            if learning:
+                return Activity("training", title, address, "starting to learn", since, process=job.process)
+            doing = f"{judging}: {told.doing}" if told else judging
+            return Activity("training", title, address, doing, since, share, left_s, job.process)
         done, speed = min(curve[-1].steps, steps), curve[-1].steps_per_s
-        doing = f"{done:,} of {steps:,} steps"
-        left_s = (steps - done) / speed if speed > 0 else None
+        doing = f"{done:,} of {steps:,} steps" + ", testing the policy" * (done >= steps)
+        left_s = (steps - done) / speed if speed > 0 and done < steps else None
         return Activity("training", title, address, doing, since, done / steps, left_s, job.process)
 
 

@@ -26,7 +26,7 @@ from aidsr.core.errors import AidsrError, UserError
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.compare import attempted
 from aidsr.runs.status import newest
-from aidsr.runs.trainings import Training, read_curve, trainings_of
+from aidsr.runs.trainings import Training, read_curve, trainings_of, without_tests
 
 
 @dataclass(frozen=True)
@@ -157,7 +157,7 @@ def _same_episode(compared: list[_Compared], views: list[SceneView | None]) -> N
 
 
 def _curves(compared: list[_Compared]) -> None:
-    curves = [(one.name, read_curve(one.training)) for one in compared if one.training]
+    curves = [(one.name, without_tests(one.training, read_curve(one.training))[0]) for one in compared if one.training]
     if not curves:
         return
     with box("sheet stack", "section", aria_label="learning curves"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from functools import partial
 
 from nicegui import ui
@@ -47,7 +48,7 @@ def show_export(run: Run, design: DesignFolder, verdict: Verdict, parts: tuple[P
         with box("stack wide"):
             _reasons(verdict)
             if verdict.retest is not None:
-                _retest(verdict.retest)
+                _retest(verdict.retest, {fault.code for fault in verdict.reasons})
             _changes(verdict.changes)
 
 
@@ -73,8 +74,11 @@ def _material(name: str) -> str:
 def _facts(verdict: Verdict, parts: tuple[PartEntry, ...]) -> None:
     with box("facts"):
         fact("parts to print", f"{sum(part.copies for part in parts)} ({len(parts)} different)")
-        fact("moving mass, simulated", f"{verdict.moving_simulated_g:.0f} g")
-        fact("moving mass, built", f"{verdict.moving_built_g:.0f} g")
+        fact("pieces that move, simulated", f"{verdict.moving_simulated_g:.0f} g")
+        fact("pieces that move, built", f"{verdict.moving_built_g:.0f} g")
+        fixed_g = verdict.simulated_g - verdict.moving_simulated_g, verdict.built_g - verdict.moving_built_g
+        if any(fixed_g):
+            fact("pieces fixed to the world", f"{fixed_g[1]:.0f} g (simulated {fixed_g[0]:.0f} g)")
         if verdict.winches_g is not None:
             fact("separate motors", f"{verdict.winches_g:.0f} g")
         more = f" + {len(verdict.unpriced)} without a price" if verdict.unpriced else ""
@@ -142,18 +146,15 @@ def _found(part: PartEntry) -> list[str]:
 def _reasons(verdict: Verdict) -> None:
     with box("sheet stack", "section", aria_label="verdict"):
         text("Can it be built?", tag="h2")
-        errors = [fault for fault in verdict.reasons if fault.severity == "error"]
-        if verdict.verdict == "buildable":
-            text("Yes, as simulated.", "", "p")
-        elif not errors:
-            text("Yes, with the changes below.", "", "p")
-        else:
-            text("No, for the reasons below. The files are provided anyway, to show what is wrong.", "", "p")
+        text(f"It {verdict.answer}.", "", "p")
+        if verdict.verdict == "not buildable":
+            text("The files are provided anyway, to show what is wrong.", "soft", "p")
         for fault in verdict.reasons:
             fault_found(fault)
 
 
-def _retest(retest: Retest) -> None:
+def _retest(retest: Retest, told: Collection[str]) -> None:
+    """Show the test of the robot as built, without the faults of building whose codes were told with the verdict."""
     with box("sheet stack", "section", aria_label="simulation as built"):
         text("Simulation as built", tag="h2")
         with box("facts small"):
@@ -166,9 +167,10 @@ def _retest(retest: Retest) -> None:
                 fact("policy success, designed", f"{retest.designed_success_share:.0%}")
         for fault in retest.motion_faults:
             fault_found(fault)
-        if retest.building_faults:
-            text("Limits of cables, winches and parts (considered under “Can it be built?”)", "label")
-            for fault in retest.building_faults:
+        building = [fault for fault in retest.building_faults if fault.code not in told]
+        if building:
+            text("Limits of cables, winches and parts", "label")
+            for fault in building:
                 fault_found(fault)
 
 

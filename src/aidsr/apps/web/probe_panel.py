@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from nicegui import app
+from nicegui import app, ui
 
 from aidsr.apps.web.addresses import file_address
+from aidsr.apps.web.form_values import whole_number
 from aidsr.apps.web.live import as_action, live, show_error, working
 from aidsr.apps.web.measure_form import measure_arguments, measure_field
 from aidsr.apps.web.recorded_episodes import Stage, record_probed
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
 class _State:
     approved: bool
     alive: bool
+    doing: str
+    """Progress of the running probe in words; empty where none is running or before its first motions."""
     written: int
     """Time at which the report was written [ns]; 0 while there is none."""
     output_tail: str
@@ -53,7 +56,9 @@ def _state(site: Site, run: Run, design: DesignFolder) -> _State:
     written = file.stat().st_mtime_ns if file.exists() else 0
     alive = site.processes.is_alive(name)
     failed = not alive and written < 1e9 * site.processes.started_s(name)
-    return _State(design.final_scene.path.exists(), alive, written, site.processes.output_tail(name) if failed else "")
+    output_tail = site.processes.output_tail(name) if failed else ""
+    told = site.processes.progress(name) if alive else None
+    return _State(design.final_scene.path.exists(), alive, told.doing if told else "", written, output_tail)
 
 
 def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
@@ -61,20 +66,32 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
         text("A design can be probed once it is approved.", "soft")
         return
     name = site.probe_name(run, design.number)
-    choices: dict[str, Any] = app.storage.user.setdefault("probe", {"task": ""})
+    choices: dict[str, Any] = app.storage.user.setdefault("probe", {"task": "", "max_steps": None})
 
     def start() -> None:
-        site.processes.start(name, ["probe", str(design.path), *measure_arguments(run, choices)])
+        limit, steps = [], choices.get("max_steps")
+        if steps is not None:
+            limit = ["--max-steps", str(whole_number("the maximum of physics steps", steps, least=1))]
+        site.processes.start(name, ["probe", str(design.path), *measure_arguments(site, run, choices, name), *limit])
 
     if state.alive:
         with box("notice", role="status"), box("row apart"):
-            text("Trying open-loop motions. This takes seconds to minutes.")
+            text(state.doing or "Trying open-loop motions. This takes seconds to minutes.")
             button("Stop", as_action(lambda: site.processes.stop(name)), "danger", "stop")
         return
     with box("sheet stack"):
         text("Probe this design", tag="h2")
-        text("Tries some hundred open-loop motions and shows how far the robot gets without learning.", "soft", "p")
+        text(
+            "Tries up to 128 open-loop motions, or 256 with a goal, for each of two variations, and shows how far the "
+            "robot gets without learning. This takes seconds to minutes.",
+            "soft",
+            "p",
+        )
         measure_field(run, choices)
+        with box("form"):
+            limit = ui.number("Maximum physics steps", min=1, step=100_000, precision=0, format="%d")
+            limit.props("outlined dense clearable stack-label").bind_value(choices, "max_steps")
+            limit.props["placeholder"] = "300000, with a goal 1000000"
         with box("row"):
             again = "Probe again" if state.written else "Start the probe"
             button(again, as_action(start), "quiet" if state.written else "primary", "play_arrow")
@@ -96,7 +113,7 @@ def _report(site: Site, run: Run, design: DesignFolder, stage: Stage) -> None:
             fact("variations solved", f"{report.won} of {count}")
             fact("by the same motion", f"{round(report.same_motion_share * count)} of {count}")
             fact("mean best progress", f"{report.progress:.2f}")
-            fact("motions tried", str(report.motions))
+            fact("motions tried", f"{report.motions} of {report.candidates} for each variation")
         for line in ends_in_words([one.episode for one in report.variations], report.hold_s):
             text(line, "small", "p")
         text(f"{report.why_ended.capitalize()}.", "", "p")

@@ -13,11 +13,13 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from aidsr.core.errors import UserError
+from aidsr.core.progress_lines import ProgressLine, read_progress
 from aidsr.runs.events import at_work
 
 _LAST_WORDS = 4000
@@ -93,6 +95,17 @@ class Processes:
         except FileNotFoundError:
             return ""
         return output[-_LAST_WORDS:].strip()
+
+    def progress(self, name: str) -> ProgressLine | None:
+        """Return the progress that the last line of a process's output tells, with the time left from now on.
+
+        None where that line tells no progress.
+        """
+        found = read_progress(self.output_tail(name))
+        if found is None or found.left_s is None:
+            return found
+        left_s = found.left_s - (time.time() - self._log(name).stat().st_mtime)
+        return replace(found, left_s=left_s if left_s > 0 else None)
 
     def command(self, name: str) -> tuple[str, ...]:
         """Return the command with which the process of that name was last started; empty if it never was."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
+from aidsr.apps.web.measure_form import goal_file
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.view3d import Episode, SceneView
 from aidsr.core.errors import UserError
@@ -112,7 +113,10 @@ def record_probed(site: Site, run: Run, design: DesignFolder, index: int) -> Epi
     probed, kept = report.variations[index], _kept(site, file.path, index)
     if not kept.exists():
         named = report.task if report.task in task_names() and report.task != run.asked().task else ""
-        found = find_scene(design, named, level=cast("Level", report.level) if named else None)
+        goal = goal_file(site, site.probe_name(run, design.number))
+        added = bool(not named and not run.asked().task and not run.goal.path.exists() and goal.exists())
+        level = cast("Level", report.level) if named else None
+        found = find_scene(design, named, level=level, goal=goal if added else "")
         scene = read_mjcf_text(found.scene)
         replace_file(kept, record_motion(scene, found.task, probed, level=found.level, groups=tuple(found.groups)))
     return Episode.read(kept, f"{probed.episode.variation} of the probe")

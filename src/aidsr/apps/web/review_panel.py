@@ -10,10 +10,13 @@ from aidsr.apps.web.live import as_action
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.widgets import box, button, text
 from aidsr.core.artifacts import Decision
+from aidsr.core.config import BUILTIN
 from aidsr.core.errors import AidsrError, UserError
 from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.runs import DesignFolder, IterationFolder, Run
 from aidsr.runs.files import WrittenTwiceError
+from aidsr.runs.status import decided, newest
+from aidsr.teams.rules.apply_feedback import UNDERSTOOD
 
 
 class Draft:
@@ -90,10 +93,13 @@ def review_panel(site: Site, run: Run, design: DesignFolder, number: int, names:
         text(
             "This design is stable and the Judge passed it. Pull its tendons and watch its motion, then decide.", "soft"
         )
+        _what_became(design, number)
         with box("stack"):
             field = ui.textarea("What should change?").props("outlined autogrow")
             field.bind_value(draft.kept, "text")
             field.props.update({"maxlength": 4000, "placeholder": "Make the last segment shorter and the tip broader."})
+            if run.asked().config.model == BUILTIN:
+                text(f"The built-in rules understand only: {UNDERSTOOD}.", "small soft", "p")
             about = ui.select(["", *names], label="Part (click it in the view, or select it here)", with_input=True)
             about.props("outlined dense clearable").bind_value(draft.kept, "about")
             if draft.kept["about"] not in ("", *names):
@@ -110,6 +116,19 @@ def review_panel(site: Site, run: Run, design: DesignFolder, number: int, names:
                 "close",
                 "Ends this design, not the run",
             )
+
+
+def _what_became(design: DesignFolder, number: int) -> None:
+    """Show a person's last words about a design, and what the Designer writes of the body that followed."""
+    before = [decided(each) for each in design.leading_to(number) if each.number < number]
+    asked = next((each for each in before if each is not None and each.text), None)
+    concept = newest(each.concept.read() for each in design.leading_to(number))
+    if asked is None or concept is None:
+        return
+    with box("stack tight"):
+        text("What became of your last words", "label")
+        text(f"“{asked.text}”", "small", "p")
+        text(concept.rationale, "small soft", "p")
 
 
 def part_names(mjcf: str) -> list[str]:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import Any, get_args
 
 from nicegui import app, ui
 
@@ -20,13 +20,13 @@ from aidsr.apps.web.site import Site
 from aidsr.apps.web.view3d import Episode
 from aidsr.apps.web.widgets import badge, box, button, fact, long_text, notice, text
 from aidsr.core.artifacts import EpisodeResult, Evaluation, PerturbedEpisodes
-from aidsr.core.config import BUDGET_STEPS
+from aidsr.core.config import BUDGET_STEPS, Protocol
 from aidsr.core.ends import evaluation_in_words
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import format_check, format_duration, format_time_left
-from aidsr.learn.rl.recipe import is_hopeless
+from aidsr.learn.rl.recipe import LEAST_TELLING, looks_hopeless, recipe_of
 from aidsr.runs import DesignFolder, Run
-from aidsr.runs.trainings import CurveRow, Inspection, Training, read_curve, trainings_of
+from aidsr.runs.trainings import CurveRow, Inspection, Training, read_curve, trainings_of, without_tests
 
 Play = Callable[[int, ui.button], None]
 """Function that plays a held-out variation; the pressed button shows a loading state while it takes seconds."""
@@ -35,8 +35,17 @@ _DOING = {
     "evaluating": "Evaluating the policy.",
     "judged": "Rendering videos, or repeating the evaluation.",
 }
-_DEFAULTS: dict[str, Any] = {"steps": BUDGET_STEPS, "seeds": 1, "task": "", "films": True}
+_DEFAULTS: dict[str, Any] = {
+    "steps": BUDGET_STEPS,
+    "seeds": 1,
+    "first_seed": 0,
+    "protocol": "best",
+    "task": "",
+    "films": True,
+}
 """Defaults of `aidsr train`."""
+_INTERRUPTED = "Interrupted. Progress is kept"
+"""What `aidsr train` prints when it is stopped."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +55,8 @@ class _Learning:
     steps: int
     seed: int
     curve: tuple[CurveRow, ...]
+    test: CurveRow | None
+    """Test of the final policy on new development episodes, which is no point of the learning curve."""
     state: str
     """State of a training without a verdict: running, evaluating, stopped, or not evaluated."""
     verdict: Evaluation | None
@@ -74,6 +85,8 @@ class _State:
     stoppable: bool
     """Whether that process was started by the web app."""
     output_tail: str
+    stopped: str = ""
+    """Where the last training, started by the web app, was stopped, in words; empty if it was not."""
 
 
 def training_panel(site: Site, run: Run, design: DesignFolder, stage: Stage) -> None:
@@ -98,8 +111,26 @@ def _state(site: Site, run: Run, design: DesignFolder) -> _State:
     if alive and not at_work:  # between two of its steps, or on a system without file locks
         learning = not trainings or any(training.stage == "learning" for training in trainings)
         doing = _DOING["learning" if learning else "evaluating"]
+    if (told := site.processes.progress(name) if alive else None) and doing != _DOING["learning"]:
+        doing = f"{doing} {told.doing[0].upper()}{told.doing[1:]}."
     output_tail = "" if alive or _has_new_verdict(site, name, trainings) else site.processes.output_tail(name)
-    return _State(design.final_scene.path.exists(), doing, alive, output_tail)
+    stopped = "" if doing else _stopped(site.processes.command(name), trainings)
+    if stopped and _INTERRUPTED in output_tail:
+        output_tail = ""  # that it was stopped is said already
+    return _State(design.final_scene.path.exists(), doing, alive, output_tail, stopped)
+
+
+def _stopped(command: Sequence[str], trainings: Sequence[Training]) -> str:
+    """Return where the last training was stopped, if a command is known that continues it; else an empty text."""
+    if not command or not trainings or trainings[-1].evaluation.path.exists():
+        return ""
+    last = trainings[-1]
+    if last.result.path.exists():
+        return f"Training {last.number} was stopped before its evaluation had ended."
+    learned, _ = without_tests(last, read_curve(last))
+    steps = int((last.config.read() or {}).get("steps", 0))
+    where = f"at {_steps_in_words(learned[-1].steps, steps)} steps" if learned else "before its first steps"
+    return f"Training {last.number} was stopped {where}. Its progress is kept."
 
 
 def _has_new_verdict(site: Site, name: str, trainings: tuple[Training, ...]) -> bool:
@@ -115,13 +146,13 @@ def _learning(site: Site, run: Run, design: DesignFolder, training: Training) ->
         state = "running" if working else "stopped"
     else:
         state = "evaluating" if working else "not evaluated"
-    steps, curve = int(config.get("steps", 0)), read_curve(training)
+    steps, (curve, test) = int(config.get("steps", 0)), without_tests(training, read_curve(training))
     recipe, has_succeeded = config.get("recipe"), any(row.success_share for row in curve)
     algorithm = str(recipe.get("algorithm")) if isinstance(recipe, dict) else ""
     done = curve[-1].steps if curve else 0
-    hopeless = state == "running" and is_hopeless(algorithm, has_succeeded=has_succeeded, steps=done, budget=steps)
+    hopeless = state == "running" and looks_hopeless(algorithm, has_succeeded=has_succeeded, steps=done, budget=steps)
     script = bool(recipe.get("script")) if isinstance(recipe, dict) else False
-    return _Learning(steps, int(config.get("seed", 0)), curve, state, verdict, hopeless, script)
+    return _Learning(steps, int(config.get("seed", 0)), curve, test, state, verdict, hopeless, script)
 
 
 def _is_running(site: Site, name: str, training: Training) -> bool:
@@ -157,7 +188,12 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
                         "small soft",
                     )
         else:
-            _start(site, run, design, name)
+            if state.stopped:
+                with box("notice wait", role="status"), box("row apart"):
+                    text(state.stopped)
+                    again = as_action(lambda: site.processes.start(name, site.processes.command(name)))
+                    button("Continue training", again, "primary", "play_arrow", "With the settings it was started with")
+            _start(site, run, design, name, is_first=not state.stopped)
             if state.output_tail:
                 text("Output of the last training:", "label")
                 long_text(state.output_tail, "last output", "last")
@@ -173,17 +209,24 @@ def _draw_trainings(site: Site, run: Run, design: DesignFolder, stage: Stage, tr
                 live(partial(_read_inspection, training), partial(_inspection, training))
 
 
-def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
-    choices: dict[str, Any] = app.storage.user.setdefault("training", dict(_DEFAULTS))
+def _start(site: Site, run: Run, design: DesignFolder, name: str, *, is_first: bool) -> None:
+    """Show the form of a training; `is_first` says whether starting it is the first thing to do."""
+    choices: dict[str, Any] = app.storage.user.setdefault("training", {})
+    for key, value in _DEFAULTS.items():
+        choices.setdefault(key, value)
 
     def start() -> None:
-        steps = whole_number("steps", choices["steps"], least=1)
-        seeds = whole_number("policies", choices["seeds"], least=1)
-        task = measure_arguments(run, choices)
-        films = [] if choices.get("films", True) else ["--no-videos"]
-        site.processes.start(
-            name, ["train", str(design.path), "--steps", str(steps), "--seeds", str(seeds), *task, *films]
-        )
+        words = ["--steps", str(whole_number("steps", choices["steps"], least=1))]
+        words += ["--seeds", str(whole_number("policies", choices["seeds"], least=1))]
+        words += ["--first-seed", str(whole_number("the first seed", choices["first_seed"], least=0))]
+        words += ["--protocol", str(choices["protocol"])]
+        words += [*measure_arguments(site, run, choices, name), *([] if choices["films"] else ["--no-videos"])]
+        site.processes.start(name, ["train", str(design.path), *words])
+
+    def follow() -> None:
+        hint.set_text(_hint(steps.value))
+        hint.set_visibility(bool(hint.text))
+        estimate.set_text(_estimate(design, choices))
 
     with box("sheet stack"):
         text("Train this design", tag="h2")
@@ -197,10 +240,46 @@ def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
             steps.props("outlined dense").bind_value(choices, "steps")
             seeds = ui.number("Policies (trained in sequence)", min=1, max=100, precision=0, format="%d")
             seeds.props("outlined dense").bind_value(choices, "seeds")
-            measure_field(run, choices)
+        hint = ui.label().classes("small soft")
+        measure_field(run, choices)
         ui.switch("Record videos of the best and the median held-out episode").bind_value(choices, "films")
+        with ui.expansion("More settings").props("dense dense-toggle").classes("full"), box("stack"):
+            with box("form"):
+                first_seed = ui.number("First seed", min=0, precision=0, format="%d")
+                first_seed.props("outlined dense").bind_value(choices, "first_seed")
+            with box("row"):
+                text("Training protocol", "small")
+                protocol = ui.toggle(list(get_args(Protocol)))
+                protocol.props('dense unelevated no-caps role=group aria-label="protocol"')
+                protocol.bind_value(choices, "protocol")
+                text('"best" is soft actor-critic; "paper" is PPO, for comparison.', "small soft")
         with box("row"):
-            button("Start training", as_action(start), "primary", "play_arrow")
+            button("Start training", as_action(start), "primary" if is_first else "quiet", "play_arrow")
+            estimate = ui.label().classes("small soft")
+        for field in (steps, seeds, protocol):
+            field.on_value_change(follow)
+        follow()
+
+
+def _estimate(design: DesignFolder, choices: dict[str, Any]) -> str:
+    """Return how long learning takes at the speed of the design's last training; empty without such a training."""
+    algorithm = recipe_of(choices["protocol"]).algorithm
+    for training in reversed(trainings_of(design)):
+        recipe, result = (training.config.read() or {}).get("recipe") or {}, training.result.read() or {}
+        if recipe.get("algorithm") == algorithm and result.get("steps"):
+            step_s = result["wall_s"] / result["steps"]
+            left_s = step_s * (choices["steps"] or 0) * (choices["seeds"] or 0)
+            return f"At most about {format_duration(left_s)} of learning, at the speed of training {training.number}"
+    return ""
+
+
+def _hint(steps: float | None) -> str:
+    """Return what a budget of so few steps is good for; empty where it is large enough to tell something."""
+    return (
+        "So few steps only show how training works, not whether the robot learns."
+        if (steps or 0) < LEAST_TELLING
+        else ""
+    )
 
 
 def _draw_learning(training: Training, shown: _Learning) -> None:
@@ -223,7 +302,8 @@ def _draw_learning(training: Training, shown: _Learning) -> None:
             fact("speed", f"{last.steps_per_s:.0f} steps/s" if last else "–")
             fact("training time", format_duration(last.wall_s) if last else "–")
             if shown.state == "running" and last:
-                fact("time", format_time_left(shown.steps - last.steps, last.steps_per_s))
+                left = format_time_left(shown.steps - last.steps, last.steps_per_s)
+                fact("time", left if last.steps < shown.steps else "testing the policy")
             fact("seed", str(shown.seed))
             if shown.begins_with_script:
                 fact("starts from", "a motion script")
@@ -233,6 +313,13 @@ def _draw_learning(training: Training, shown: _Learning) -> None:
         with box("row small"):
             text("━ success", "accent")
             text("━ progress", "wait")
+        if shown.test is not None and shown.test.success_share is not None:
+            text(
+                "Test of the kept policy after learning, in new development episodes without noise: "
+                f"{shown.test.success_share:.0%} succeeded, progress {shown.test.progress or 0.0:.2f}.",
+                "small",
+                "p",
+            )
 
 
 def _steps_in_words(done: int, asked: int) -> str:

@@ -10,7 +10,11 @@ from nicegui import events, run, ui
 
 from aidsr.apps.web.live import clear_error, show_error
 from aidsr.apps.web.widgets import box, button, fact, text
+from aidsr.core.artifacts import MountSummary
 from aidsr.core.errors import AidsrError, MjcfError, UserError
+
+_STRAIGHT = 0.1
+"""Horizontal component of an axis below which it counts as vertical. Our choice: 6 deg."""
 
 Form = dict[str, Any]
 Facts = tuple[tuple[str, str], ...]
@@ -100,8 +104,16 @@ def _environment(content: str, _form: Form) -> Facts:
     from aidsr.sim.environment_summary import summarize_environment
 
     summary = summarize_environment(content)
-    mounts = ", ".join(mount.name for mount in summary.mounts) or "none (world only)"
+    mounts = ", ".join(f"{mount.name} ({_direction(mount)})" for mount in summary.mounts) or "none (world only)"
     return (("mounts", mounts), ("bodies", str(len(summary.bodies))), ("sensors", str(len(summary.sensors))))
+
+
+def _direction(mount: MountSummary) -> str:
+    """Return in words where a robot on a mount points: along the mount's +z axis, in world coordinates."""
+    x, y, z = mount.z_axis
+    if max(abs(x), abs(y)) < _STRAIGHT:
+        return "a robot stands upright" if z > 0 else "a robot hangs down"
+    return f"a robot points along {x:.2g} {y:.2g} {z:.2g}"
 
 
 def _robot(content: str, _form: Form) -> Facts:

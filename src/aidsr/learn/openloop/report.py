@@ -88,7 +88,7 @@ class ProbeReport(Artifact):
             case "candidates":
                 return f"all {self.motions} motions for each variation were tried"
             case "budget":
-                return f"its {self.max_steps:,} physics steps are used up; a larger --max-steps may get farther"
+                return f"its {self.max_steps:,} physics steps are used up; with more it may get farther"
 
     @property
     def best(self) -> ProbedVariation:

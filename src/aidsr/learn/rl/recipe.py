@@ -22,6 +22,10 @@ HOPELESS_AFTER = 0.7
 Our choice, measured in benchmarks/learning."""
 
 
+LEAST_TELLING = 10_000
+"""Smallest budget of control steps that can tell whether a robot learns its task. Our choice: a sixth of the budget
+with which `HOPELESS_AFTER` was measured."""
+
 LEAST_SEARCHED = 10_000
 """Smallest budget of control steps with which a motion is searched. Our choice: the search itself takes as many."""
 
@@ -185,6 +189,21 @@ def is_hopeless(algorithm: str, *, has_succeeded: bool, steps: int, budget: int)
         budget: Budget of control steps.
     """
     return algorithm == "sac" and not has_succeeded and steps >= HOPELESS_AFTER * budget
+
+
+def looks_hopeless(algorithm: str, *, has_succeeded: bool, steps: int, budget: int) -> bool:
+    """Return whether to warn that a training is unlikely to succeed any more.
+
+    Unlike `is_hopeless`, it is false for budgets far below those with which the rule was measured: their policy has
+    hardly learned after 70 % of the budget, and may still succeed.
+
+    Args:
+        algorithm: Algorithm of its recipe.
+        has_succeeded: Whether an episode without noise has succeeded.
+        steps: Control steps so far.
+        budget: Budget of control steps.
+    """
+    return budget >= LEAST_TELLING and is_hopeless(algorithm, has_succeeded=has_succeeded, steps=steps, budget=budget)
 
 
 PROTOCOLS: Mapping[Protocol, Recipe] = MappingProxyType(

@@ -38,8 +38,8 @@ class FittingJudge:
         task, view = task_of(self.goal, brief), View.of(concept)
         read = as_the_rules_read(brief, task.goal, view)
         critique = RuleJudge().judge(read, concept, robot, scene, report)
-        # the rules measure the distance to the middle of the workpiece; the trial shows whether the body reaches it
-        issues = tuple(issue for issue in critique.issues if issue.component not in ("reach", "offset"))
+        # the rules measure the way to the middle of the workpiece; the trial shows whether the body reaches it
+        issues = tuple(issue for issue in critique.issues if issue.component not in ("reach", "offset", "direction"))
         if issues:
             return critique.model_copy(update={"issues": issues})
         candidates, max_steps = budget_for(task)

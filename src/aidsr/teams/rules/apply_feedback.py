@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, TypeVar
 
 import annotated_types
 
+from aidsr.core.artifacts import Concept
 from aidsr.teams.rules.families.family import Is, Parameters, Quantity
 
 P = TypeVar("P", bound=Parameters)
@@ -33,6 +34,24 @@ WORDS: tuple[tuple[str, tuple[Quantity, ...], float], ...] = (
 )
 """Regular expressions for words, the quantities to which they refer, and the factor."""
 
+UNDERSTOOD = (
+    "longer, shorter, stiffer, softer, stronger, weaker, thicker, thinner, wider, narrower, lighter, heavier, calmer; "
+    "more or fewer fingers, legs, sections or sectors; the name of another family"
+)
+"""The words that the rules understand in a refinement, for a person."""
+
+_ISSUE = re.compile(r"^[a-z_]+: ", re.MULTILINE)
+"""Begin of an issue of the Judge or of a trial, as the loop writes it: "component: problem"."""
+
+_PART = re.compile(r"^About (\S+): ")
+"""Begin of a person's words about one part, as the review form writes it."""
+
+_AMOUNT = re.compile(r"\d+(?:\.\d+)?\s*(?:%|[a-z]+)?")
+_CLAUSE = re.compile(r"[.,;!?](?=\s|$)|\n|\b(?:and|but)\b")
+
+_CHANGES = re.compile(r"(?:Changed as |The built-in rules recognized no change).*", re.DOTALL)
+"""The sentences of a rationale that `with_changes` wrote."""
+
 
 def apply_feedback(parameters: P, feedback: str) -> tuple[P, list[str]]:
     """Return parameters changed as the feedback requests, each within its range, and the requests understood."""
@@ -50,6 +69,45 @@ def apply_feedback(parameters: P, feedback: str) -> tuple[P, list[str]]:
         update[name] = int(_within(parameters, name, values[name] + step))
         understood.append(f'"{count.group()}"')
     return parameters.model_copy(update=update), understood
+
+
+def with_changes(concept: Concept, before: Concept, feedback: str, understood: Sequence[str]) -> Concept:
+    """Return a changed concept whose rationale tells who asked, what was changed, and what was not understood.
+
+    What earlier feedback changed is kept in the rationale, since a later change can undo it.
+
+    Args:
+        concept: The changed concept.
+        before: The concept before the change.
+        feedback: The feedback of a person or of the Judge.
+        understood: What was changed: each time the words that were understood, in quotes, and their effect.
+    """
+    judged = bool(_ISSUE.search(feedback))
+    who, changes = "the Judge" if judged else "you", ", ".join(understood)
+    told = (
+        f"Changed as {who} asked: {changes}."
+        if changes
+        else f"The built-in rules recognized no change in what {who} asked and changed nothing."
+    )
+    missed = [] if judged else _not_understood(feedback, re.findall(r'"(.+?)"', changes))
+    if missed:
+        told += f" Not understood: {', '.join(missed)}."
+    earlier = _CHANGES.search(before.rationale)
+    own = _CHANGES.sub("", concept.rationale).strip()
+    sentences = (own, earlier.group() if earlier else "", told)
+    return concept.model_copy(update={"rationale": " ".join(part for part in sentences if part)})
+
+
+def _not_understood(feedback: str, words: Sequence[str]) -> list[str]:
+    """Return what the rules did not read in a person's feedback: a part, whole clauses, and amounts; each quoted."""
+    part = _PART.match(feedback)
+    missed = [f'"{part.group(1)}" (the rules change the whole robot)'] if part else []
+    for clause in _CLAUSE.split(feedback[part.end() if part else 0 :]):
+        if not any(word in clause.lower() for word in words):
+            missed += [f'"{clause.strip()}"'] * bool(clause.strip())
+        else:
+            missed += [f'"{amount.strip()}"' for amount in _AMOUNT.findall(clause)]
+    return missed
 
 
 def other_family(feedback: str, present: str, suitable: Iterable[str]) -> str | None:

@@ -12,7 +12,7 @@ import numpy as np
 from aidsr.core.artifacts import Brief, Concept, Robot
 from aidsr.core.formatting import mm
 from aidsr.teams.rules import user_robot
-from aidsr.teams.rules.apply_feedback import apply_feedback, other_family
+from aidsr.teams.rules.apply_feedback import apply_feedback, other_family, with_changes
 from aidsr.teams.rules.families import Families, Parameters, load_families, preferred_family, variants_for
 from aidsr.teams.rules.job import Job, read_job
 from aidsr.teams.rules.job_kinds import JOB_KINDS
@@ -60,10 +60,10 @@ class RuleDesigner:
             rng = np.random.default_rng([self.seed, zlib.crc32(feedback.encode())])
             other = self.families[wanted]
             changed: Parameters = other.size(job, rng, suitable[wanted][0])
-            understood = [f"a {wanted} instead of the {concept.family}"]
-            return _with_changes(other.concept(changed, job, interpretation), understood)
+            understood = [f'"{wanted}" (a {wanted} instead of the {concept.family})']
+            return with_changes(other.concept(changed, job, interpretation), concept, feedback, understood)
         parameters, understood = apply_feedback(family.read(concept), feedback)
-        return _with_changes(family.concept(parameters, job, interpretation), understood)
+        return with_changes(family.concept(parameters, job, interpretation), concept, feedback, understood)
 
 
 def _shuffled(
@@ -102,12 +102,3 @@ def interpret(job: Job, preferred: tuple[str, str] | None) -> str:
         sentences.append(f"The mount itself can come {mm(job.approach_m)} closer.")
     sentences.append(f"The base is {job.base}.")
     return " ".join(sentences)
-
-
-def _with_changes(concept: Concept, understood: list[str]) -> Concept:
-    changes = (
-        f"Changed as asked: {', '.join(understood)}."
-        if understood
-        else "The built-in rules recognized no change in it and changed nothing."
-    )
-    return concept.model_copy(update={"rationale": f"{concept.rationale} {changes}"})

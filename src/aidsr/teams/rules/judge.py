@@ -7,11 +7,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from aidsr.core.artifacts import Brief, Concept, Critique, CritiqueIssue, Robot, Scene, ValidationReport
-from aidsr.core.formatting import counted
+from aidsr.core.formatting import counted, mm
 from aidsr.mjcf.edit import effective_value, entries, get_numbers, parse, without_prefix
 from aidsr.mjcf.elements import Element
 from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
+from aidsr.teams.rules import user_robot
 from aidsr.teams.rules.job import Job, read_job
 
 _LEAST_REACH = 0.97
@@ -20,10 +21,14 @@ _LEAST_REACH = 0.97
 _BESIDE_GRASP_M = 0.04
 """Largest distance between the grasp axis and the object at the start [m]. Our choice: what the fingers open around."""
 
+_BEHIND = -0.5
+"""Cosine of the angle between the mount's axis and the way to the target below which the target lies behind the mount.
+Our choice: 120 deg, about the bend of a whole section at full tension."""
+
 
 @dataclass(frozen=True)
 class RuleJudge:
-    """Checks structure, reach, base and contact of a scene."""
+    """Checks structure, reach, direction, base and contact of a scene."""
 
     def judge(self, brief: Brief, concept: Concept, robot: Robot, scene: Scene, report: ValidationReport) -> Critique:
         """Return a pass, or an issue for every failed check with the role to blame."""
@@ -34,6 +39,7 @@ class RuleJudge:
             _groups(concept, robot, root),
             _base(brief, scene),
             _reach(job, scene, root),
+            _direction(job, concept),
             _contact(brief, scene, root),
         )
         issues = tuple(issue for check in checks for issue in check)
@@ -119,6 +125,25 @@ def _reach(job: Job, scene: Scene, root: Element) -> Iterator[CritiqueIssue]:
         yield CritiqueIssue(
             blame="integrator", component="offset", problem=problem, suggestion="place it over the object"
         )
+
+
+def _direction(job: Job, concept: Concept) -> Iterator[CritiqueIssue]:
+    """Yield an issue if the target lies well behind the fixed mount; the built-in families grow ahead or sideways."""
+    if job.target is None or job.base != "fixed" or job.moves_itself or concept.family == user_robot.FAMILY:
+        return
+    if job.target.along_m >= _BEHIND * job.target.distance_m:
+        return
+    away_m = job.target.distance_m
+    origin = job.mount.position_m if job.mount else (0.0, 0.0, 0.0)
+    offset = (at - start for at, start in zip(job.target.position_m, origin, strict=True))
+    towards = " ".join(f"{part / away_m:.2f}" for part in offset)
+    turn = f"turn the +z axis of {job.mount_name}" if job.mount else 'add a site named "mount" whose +z axis points'
+    yield CritiqueIssue(
+        blame="integrator",
+        component="direction",
+        problem=f"the robot points away from {job.target.part}, which is {mm(away_m)} away, behind {job.mount_name}",
+        suggestion=f'{turn} towards it in the environment, for example with zaxis="{towards}"',
+    )
 
 
 def _functional_path(root: Element) -> list[Element]:

@@ -10,7 +10,7 @@ from aidsr.core.artifacts import Brief, Concept, Robot
 from aidsr.core.errors import MjcfError
 from aidsr.mjcf.edit import parse, scale_forces, scale_springs, to_text
 from aidsr.mjcf.elements import Element
-from aidsr.teams.rules.apply_feedback import WORDS
+from aidsr.teams.rules.apply_feedback import WORDS, with_changes
 from aidsr.teams.rules.families.family import Quantity
 from aidsr.teams.rules.job import read_job
 
@@ -77,18 +77,15 @@ def _versions() -> Iterator[_Version]:
 
 
 def revise(concept: Concept, feedback: str) -> Concept:
-    """Return the concept with its two factors changed as the feedback requests."""
-    words, parameters = feedback.lower(), dict(concept.parameters)
+    """Return the concept with its two factors changed as far as the rules understand the feedback."""
+    words, parameters, understood = feedback.lower(), dict(concept.parameters), []
     for pattern, quantities, factor in WORDS:
-        if quantities in _FACTORS and re.search(pattern, words):
+        match = re.search(pattern, words)
+        if match and quantities in _FACTORS:
             name = _FACTORS[quantities]
             parameters[name] = parameters.get(name, 1.0) * factor
-    outcome = (
-        "Changed as asked."
-        if parameters != concept.parameters
-        else "The built-in rules recognized no change they can make."
-    )
-    return concept.model_copy(update={"parameters": parameters, "rationale": f"{concept.rationale} {outcome}"})
+            understood.append(f'"{match.group()}" ({name} x {factor:g})')
+    return with_changes(concept.model_copy(update={"parameters": parameters}), concept, feedback, understood)
 
 
 def write(brief: Brief, concept: Concept) -> Robot:
