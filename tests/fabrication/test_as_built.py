@@ -86,3 +86,19 @@ def test_hinges_are_strained_as_far_as_cables_pull_until_parts_touch(limits: str
     assert pulled == pytest.approx([10 * 0.0095 / 0.3] * 3, rel=0.01)
     whole = made(finger(joint=limits, stiffness=0.01))
     assert [gap.bend_rad for gap in whole.skeleton.gaps] == [gap.touch_rad for gap in whole.skeleton.gaps]
+
+
+def test_a_change_of_mass_is_told_where_it_is() -> None:
+    heavy = made(finger().replace('<body name="base">', '<body name="base"><geom size="0.02" mass="0.5"/>', 1))
+    (change,) = [change for change in changes_of(heavy) if change.what == "mass"]
+    moving = [part for part in heavy.robot_parts if "base" not in part.used_for]
+    assert len(moving) < len(heavy.robot_parts)
+    whole_g, moving_g = (
+        1000 * sum(part.weight.simulated_kg * len(part.used_for) for part in parts)
+        for parts in (heavy.robot_parts, moving)
+    )
+    assert (
+        change.simulated
+        == f"{whole_g:.1f} g: {moving_g:.1f} g that moves, {whole_g - moving_g:.1f} g fixed to the world"
+    )
+    assert change.built.endswith("g fixed to the world")

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from aidsr.fabrication.build import RobotBuild
+from aidsr.fabrication.build import PrintedPart, RobotBuild
 from aidsr.fabrication.schema import Change
 from aidsr.mjcf.compile import parse_mjcf
 from aidsr.sandbox.isolated import isolated
@@ -77,12 +77,23 @@ def changes_of(build: RobotBuild) -> tuple[Change, ...]:
     return tuple(found)
 
 
+def masses_kg(parts: Iterable[PrintedPart]) -> tuple[float, float]:
+    """Return the mass of all copies of some parts in simulation and as built, with the rods in them [kg]."""
+    masses = [(len(p.used_for) * p.weight.simulated_kg, len(p.used_for) * p.weight.mass_kg) for p in parts]
+    return sum(simulated for simulated, _ in masses), sum(built for _, built in masses)
+
+
 def _mass_changes(build: RobotBuild) -> list[Change]:
-    simulated = sum(part.weight.simulated_kg * len(part.used_for) for part in build.robot_parts)
-    built = sum(part.weight.mass_kg * len(part.used_for) for part in build.robot_parts)
-    if abs(built - simulated) <= _NOTICED * simulated:
+    whole, moving = masses_kg(build.robot_parts), masses_kg(build.moving_parts)
+    if abs(whole[1] - whole[0]) <= _NOTICED * whole[0]:
         return []
-    return [Change(what="mass", simulated=f"{1000 * simulated:.1f} g", built=f"{1000 * built:.1f} g")]
+    simulated, built = (f"{1000 * mass:.1f} g" for mass in whole)
+    if build.moving_parts != build.robot_parts:
+        simulated, built = (
+            f"{1000 * mass:.1f} g: {1000 * moves:.1f} g that moves, {1000 * (mass - moves):.1f} g fixed to the world"
+            for mass, moves in zip(whole, moving, strict=True)
+        )
+    return [Change(what="mass", simulated=simulated, built=built)]
 
 
 def _joint_changes(build: RobotBuild) -> list[Change]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from aidsr.core.artifacts import Fault, ValidationReport
 from aidsr.core.formatting import format_fault
-from aidsr.fabrication.as_built import changes_of
+from aidsr.fabrication.as_built import changes_of, masses_kg
 from aidsr.fabrication.build import RobotBuild
 from aidsr.fabrication.schema import BUILDING_LAYERS, REACH_TOLERANCE, Retest, Verdict, motion_errors
 
@@ -48,14 +48,9 @@ def judge(build: RobotBuild, bill: tuple[tuple[str, float | None], ...], retest:
     if retest is not None:
         reasons = [*_design_reasons(retest, build.faults), *reasons, *_retest_reasons(retest)]
     errors = [fault for fault in reasons if fault.severity == "error"]
-    parts = build.anatomy.parts
-    held = {piece.name for piece in build.shaping.pieces if all(parts[part].held for part in piece.parts)}
-    masses = [
-        (p.used_for, p.weight.simulated_kg * len(p.used_for), p.weight.mass_kg * len(p.used_for))
-        for p in build.robot_parts
-    ]
-    moving = [entry for entry in masses if not held & set(entry[0])]
-    reasons += _mass_reasons(sum(entry[1] for entry in moving), sum(entry[2] for entry in moving))
+    simulated, built = masses_kg(build.robot_parts)
+    moving_simulated, moving_built = masses_kg(build.moving_parts)
+    reasons += _mass_reasons(moving_simulated, moving_built)
     weights = [w.fit.motor.mass_kg if w.fit else None for w in build.winches]
     return Verdict(
         verdict="not buildable" if errors else "buildable with changes" if changes else "buildable",
@@ -63,10 +58,10 @@ def judge(build: RobotBuild, bill: tuple[tuple[str, float | None], ...], retest:
         changes=changes,
         printer=build.printer.name,
         material=build.material.name,
-        simulated_g=round(1000 * sum(entry[1] for entry in masses), 1),
-        built_g=round(1000 * sum(entry[2] for entry in masses), 1),
-        moving_simulated_g=round(1000 * sum(entry[1] for entry in moving), 1),
-        moving_built_g=round(1000 * sum(entry[2] for entry in moving), 1),
+        simulated_g=round(1000 * simulated, 1),
+        built_g=round(1000 * built, 1),
+        moving_simulated_g=round(1000 * moving_simulated, 1),
+        moving_built_g=round(1000 * moving_built, 1),
         winches_g=None if None in weights else round(1000 * sum(weight or 0.0 for weight in weights), 1),
         cost_usd=round(sum(cost or 0.0 for _, cost in bill), 2),
         unpriced=tuple(what for what, cost in bill if cost is None),
