@@ -94,7 +94,7 @@ def test_a_change_of_mass_is_told_where_it_is() -> None:
     moving = [part for part in heavy.robot_parts if "base" not in part.used_for]
     assert len(moving) < len(heavy.robot_parts)
     whole_g, moving_g = (
-        1000 * sum(part.weight.simulated_kg * len(part.used_for) for part in parts)
+        round(1000 * sum(part.weight.simulated_kg * len(part.used_for) for part in parts), 1)
         for parts in (heavy.robot_parts, moving)
     )
     assert (

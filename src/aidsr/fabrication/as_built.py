@@ -87,11 +87,12 @@ def _mass_changes(build: RobotBuild) -> list[Change]:
     whole, moving = masses_kg(build.robot_parts), masses_kg(build.moving_parts)
     if abs(whole[1] - whole[0]) <= _NOTICED * whole[0]:
         return []
-    simulated, built = (f"{1000 * mass:.1f} g" for mass in whole)
+    whole_g, moving_g = ([round(1000 * mass, 1) for mass in masses] for masses in (whole, moving))
+    simulated, built = (f"{mass:.1f} g" for mass in whole_g)
     if build.moving_parts != build.robot_parts:
         simulated, built = (
-            f"{1000 * mass:.1f} g: {1000 * moves:.1f} g that moves, {1000 * (mass - moves):.1f} g fixed to the world"
-            for mass, moves in zip(whole, moving, strict=True)
+            f"{mass:.1f} g: {moves:.1f} g that moves, {mass - moves:.1f} g fixed to the world"
+            for mass, moves in zip(whole_g, moving_g, strict=True)
         )
     return [Change(what="mass", simulated=simulated, built=built)]
 
