@@ -99,6 +99,19 @@ def test_strong_worms_need_drives_and_impossible_cables_nothing() -> None:
     assert fastest_motor(5000.0) is None
 
 
+def test_only_motors_with_their_own_controller_are_commanded_to_positions() -> None:
+    assert {motor.name.split()[0] for motor in catalogue() if motor.position_turns is None} == {"Pololu", "TowerPro"}
+    assert fit(SERVO, 10.0, 0.0, 0.02) is not None
+    assert fit(SERVO, 10.0, 0.0, 0.02, by_position=True) is None
+    controlled = SERVO.model_copy(update={"position_turns": 2.0})
+    found = fit(controlled, 10.0, 0.0, 0.1, by_position=True)
+    assert found is not None
+    assert found.turns <= 2.0
+    smallest = fit(controlled, 10.0, 0.0, 0.1)
+    assert smallest is not None
+    assert smallest.turns > 2.0
+
+
 def test_what_is_given_for_moments_may_be_more_than_what_is_held() -> None:
     assert fit(SERVO, 80.0, 0.01, 0.02) is not None
     assert fit(SERVO, 120.0, 0.01, 0.02) is None

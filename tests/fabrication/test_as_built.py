@@ -94,5 +94,6 @@ def test_the_masses_are_told_apart_by_what_moves() -> None:
     masses = masses_of(whole)
     assert 0 < masses.moving_simulated_kg < masses.simulated_kg
     told = {change.what: change for change in changes_of(whole)}["mass of all pieces"]
-    moving, fixed = 1000 * masses.moving_built_kg, 1000 * (masses.built_kg - masses.moving_built_kg)
+    moving = round(1000 * masses.moving_built_kg, 1)
+    fixed = round(1000 * masses.built_kg, 1) - moving
     assert f": {moving:.1f} g move, {fixed:.1f} g are fixed; as near as the infill" in told.built

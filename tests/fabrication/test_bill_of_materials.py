@@ -47,4 +47,30 @@ def test_screws_and_sleeves_are_counted_for_each_winch() -> None:
     amounts = {item.what: (item.amount, item.used_for) for item in bill(made("arm"))}
     winches = len(made("arm").winches)
     assert amounts["crimp sleeve or bead, 2 mm"] == (str(winches), "tied ends")
-    assert amounts["screw M4 x 12"] == (str(4 * winches + 4), "stations, foot")
+    assert amounts["screw M4 x 12"] == (str(4 * winches + 4), "motor mounts, foot")
+
+
+def test_what_drives_and_fixes_the_winches_is_listed_without_a_price(tmp_path: Path) -> None:
+    unpriced = {item.what: item.used_for for item in bill(made("arm", "tpu95a")) if item.cost_usd is None}
+    (motor,) = {winch.fit.motor for winch in made("arm", "tpu95a").winches if winch.fit}
+    for expected in (
+        f"power supply of {motor.voltage_v:g} V",
+        f"adapter from USB to {motor.name.split()[0]} motors",
+        "board",
+        "cyanoacrylate with primer for elastomers",
+    ):
+        assert expected in unpriced
+    verdict = write_package(tmp_path, made("arm", "tpu95a"), title="an arm")
+    assert set(verdict.unpriced) == set(unpriced)
+    assert f"USD, without {', '.join(verdict.unpriced)}" in (tmp_path / "sheet.html").read_text()
+
+
+def test_a_robot_without_winches_needs_no_power_and_no_board() -> None:
+    items = [item.what for item in bill(build_robot(finger(actuators=""), [], printer_named("sla")))]
+    assert not [what for what in items if what.startswith(("power", "adapter", "board"))]
+    assert "cyanoacrylate or epoxy" in items, "its rods are glued"
+
+
+def test_prices_are_whole_cents() -> None:
+    costs = [item.cost_usd for item in bill(made("gripper")) if item.cost_usd is not None]
+    assert costs == [round(cost, 2) for cost in costs]

@@ -6,10 +6,11 @@ import pytest
 from exported import ROBOTS, made, report
 
 from aidsr.core.artifacts import ValidationReport
+from aidsr.core.motors import fastest_motor
 from aidsr.fabrication.anatomy import Anatomy, Cable
 from aidsr.fabrication.printers import printer_named
 from aidsr.fabrication.stations import seat_of, station
-from aidsr.fabrication.winches import Demand, choose_winches, demands, winch_faults
+from aidsr.fabrication.winches import MOST_EXTRA, Demand, Winch, choose_winches, demands, winch_faults
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
@@ -25,13 +26,51 @@ def test_motors_hold_the_recorded_forces_speeds_and_strokes(robot: str) -> None:
         assert fit.turns * 2 * 3.1416 * radius >= asked["stroke_m"] * 0.999
 
 
-def test_cables_are_cut_for_the_spools_that_alike_motors_share() -> None:
-    asked = {"slow": Demand(10.0, 0.01, 0.02), "quick": Demand(10.0, 0.12, 0.05)}
+def _winches(asked: dict[str, Demand]) -> tuple[Winch, ...]:
+    """Return the winches of cables with these demands, each as long as the others."""
     cables = tuple(
         Cable(tendon=name, actuator=name, guides=(), wraps=False, length_mm=100.0, largest_pull_n=10.0, torques_mm={})
         for name in asked
     )
-    winches = choose_winches(Anatomy(parts=(), joints=(), cables=cables), asked, {})
+    return choose_winches(Anatomy(parts=(), joints=(), cables=cables), asked, {})
+
+
+ANTAGONISTS = {"curl": Demand(25.7, 0.1185, 0.0562), "uncurl": Demand(15.42, 0.0646, 0.0536)}
+"""What the cables of a tentacle with two antagonists demand, of which the cheapest motors are of two types."""
+
+
+@pytest.mark.parametrize("speed_m_s", [0.01, 0.1, 0.3, 1.0, 5.0])
+@pytest.mark.parametrize("tension_n", [2.0, 20.0, 80.0])
+def test_each_motor_can_be_commanded_to_the_positions_of_the_control_table(tension_n: float, speed_m_s: float) -> None:
+    (winch,) = _winches({"pull": Demand(tension_n, speed_m_s, 0.3)})
+    assert winch.fit is not None
+    assert winch.fit.motor.position_turns is not None
+    assert winch.fit.turns <= winch.fit.motor.position_turns
+
+
+def test_antagonists_have_one_type_of_motor() -> None:
+    alone = {one.fit.motor.name for name, asked in ANTAGONISTS.items() for one in _winches({name: asked}) if one.fit}
+    assert len(alone) == 2
+    assert len({winch.fit.motor.name for winch in _winches(ANTAGONISTS) if winch.fit}) == 1
+
+
+def test_motors_differ_where_one_type_would_cost_more_than_twice_as_much() -> None:
+    asked = {"strong": Demand(150.0, 0.1, 0.1)} | {f"weak_{n}": Demand(10.0, 0.01, 0.02) for n in range(3)}
+    prices = {name: winch.fit.motor.price_usd for name, winch in zip(asked, _winches(asked), strict=True) if winch.fit}
+    assert 4 * prices["strong"] > MOST_EXTRA * sum(prices.values())
+    assert prices["weak_0"] < prices["strong"]
+
+
+def test_a_cable_that_is_too_fast_for_all_motors_gets_the_fastest() -> None:
+    (winch,) = _winches({"pull": Demand(20.0, 5.0, 0.05)})
+    fastest = fastest_motor(winch.demand.at_winch_n, 0.05, cable_m=winch.line.diameter_mm / 1000, by_position=True)
+    assert winch.fit == fastest
+    assert not winch.fast_enough
+
+
+def test_cables_are_cut_for_the_spools_that_alike_motors_share() -> None:
+    asked = {"slow": Demand(10.0, 0.01, 0.02), "quick": Demand(10.0, 0.12, 0.05)}
+    winches = _winches(asked)
     assert len({(winch.fit.motor.name, winch.fit.spool_radius_m) for winch in winches}) == 1
     for winch in winches:
         radius_mm = 1000 * winch.fit.spool_radius_m

@@ -11,9 +11,13 @@ from test_language_model_runs import Provider
 from aidsr.core.artifacts import ValidationReport
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
+from aidsr.examples import examples
+from aidsr.loop.judge_images import motion_view
 from aidsr.loop.run import create_run, make_brief, parts_of
 from aidsr.loop.runner import run_designs
 from aidsr.runs import read_status
+from aidsr.tasks import goal_task, load_task, parse_goal
+from aidsr.tasks.targets import targets_of
 from loopback import Loopback, Received
 from scripted import new_run
 
@@ -41,3 +45,19 @@ def test_the_judge_sees_the_pictures_of_the_iteration_and_nobody_else_does(tmp_p
 def test_rules_see_no_pictures(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="rules cannot use pictures"):
         new_run(tmp_path, judge_pictures=True)
+
+
+def test_the_picture_of_a_motion_shows_what_the_job_is_about(tmp_path: Path) -> None:
+    valve = examples()["valve"]
+    (tmp_path / "valve.toml").write_text(valve.goal)
+    task = goal_task(parse_goal(valve.goal), valve.environment)
+    brief = make_brief(task.objective, environment=valve.environment, goal=tmp_path / "valve.toml")
+    with_goal = create_run(brief, RunConfig(), runs=tmp_path, goal=tmp_path / "valve.toml")
+    with_task = create_run(make_brief(task="button_pushing"), RunConfig(), level="standard", runs=tmp_path)
+    brief = make_brief("Reach out.", environment=valve.environment)
+    with_words = create_run(brief, RunConfig(), runs=tmp_path)
+    assert motion_view(with_goal).shown == targets_of(task)
+    assert motion_view(with_task).shown == targets_of(load_task("button_pushing"))
+    assert motion_view(with_words).shown == ()
+    assert targets_of(task)
+    assert parts_of(with_goal).filmstrip.keywords == {"view": motion_view(with_goal)}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import av
@@ -244,10 +245,47 @@ def test_a_button_on_any_side_of_a_panel_is_in_sight(side: str) -> None:
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     camera = frame_robot(model, [data], View(shown=("button",)))
-    azimuth, elevation = np.deg2rad([camera.azimuth, camera.elevation])
-    level = np.cos(elevation)
-    forward = np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
+    forward = forward_of(camera)
     hit = np.zeros(1, np.int32)
     way = data.body("button").xpos - (camera.lookat - camera.distance * forward)
     mujoco.mj_ray(model, data, camera.lookat - camera.distance * forward, way, None, True, -1, hit, None)
     assert model.geom(int(hit[0])).name == "button"
+
+
+def states_of(model: mujoco.MjModel, rows: list[list[float]]) -> Iterator[mujoco.MjData]:
+    """Yield one and the same data object, with the positions of each row in turn."""
+    data = mujoco.MjData(model)
+    for row in rows:
+        data.qpos[:] = row
+        mujoco.mj_forward(model, data)
+        yield data
+
+
+def forward_of(camera: mujoco.MjvCamera) -> NDArray[np.float64]:
+    azimuth, elevation = np.deg2rad([camera.azimuth, camera.elevation])
+    level = np.cos(elevation)
+    return np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
+
+
+@pytest.mark.parametrize("axis", ["1 0 0", "0 1 0", "1 1 0"])
+def test_a_motion_is_seen_from_the_side(axis: str) -> None:
+    model = compile_mjcf(scene().replace('axis="0 1 0"', f'axis="{axis}"'))
+    camera = frame_robot(model, states_of(model, [[-1.0], [0.0], [1.0]]), View())
+    across = np.array(axis.split(), float) / np.linalg.norm(np.array(axis.split(), float))
+    assert abs(forward_of(camera) @ across) > 0.7, "the motion would be seen along its plane"
+
+
+@pytest.mark.parametrize("rows", [[[0.0, 0.0], [0.0, -0.4]], [[0.0, -0.4], [0.0, 0.0]]])
+@pytest.mark.parametrize("side", [-1, 1])
+def test_a_target_is_in_sight_at_the_start_and_at_the_end(side: int, rows: list[list[float]]) -> None:
+    """In one of the two states a plate hides it from one side; in the other it lies below the plate."""
+    things = (
+        f'<geom name="plate" type="box" size="0.01 0.3 0.2" pos="{-0.15 * side} 0 0.6"/><body name="ring" '
+        f'pos="{-0.22 * side} 0 0.6"><joint type="slide"/><geom name="ring" type="sphere" size="0.02"/></body>'
+    )
+    model = compile_mjcf(scene(FLOOR + things))
+    camera = frame_robot(model, states_of(model, rows), View(shown=("ring",)))
+    eye, hit = camera.lookat - camera.distance * forward_of(camera), np.zeros(1, np.int32)
+    for data in states_of(model, rows):
+        mujoco.mj_ray(model, data, eye, data.body("ring").xpos - eye, None, True, -1, hit, None)
+        assert model.geom(int(hit[0])).name == "ring"

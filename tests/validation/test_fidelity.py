@@ -222,7 +222,7 @@ def test_a_limb_that_nothing_drives_says_nothing_about_its_time_step() -> None:
     [
         (lambda text: re.sub(r'stiffness="[^"]*"', "", text), "without stiffness"),
         (lambda text: text.replace('<body name="s4"', '<body name="s4" euler="0 10 0"'), "curved at rest"),
-        (lambda text: RodChain(2).mjcf(), "2 turning points"),
+        (lambda text: RodChain(2).mjcf(), "2 joints in series"),
         (lambda text: RodChain(125).mjcf(), "125 ways"),
         (lambda text: text.replace('axis="0 1 0"', 'axis="0 0 1"'), "about one axis across it"),
         (lambda text: text.replace('<body name="s4" pos="0 0 0.03"', '<body name="s4" pos="0 0 0.055"'), "uneven"),

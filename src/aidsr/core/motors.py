@@ -53,6 +53,9 @@ class Motor(Artifact):
     mass_kg: float | None = None
     travel_deg: float | None = None
     """Range of rotation [deg]; None if it is unlimited."""
+    position_turns: float | None = None
+    """Turns from its zero, in each direction, to which its own controller can be commanded and which it reports; None
+    for a motor without a controller, and for a servo that reports no angle."""
     price_usd: float | None = None
     """Approximate price of one piece on `price_date`."""
     price_date: str = ""
@@ -126,32 +129,64 @@ def cheapest_motor(
     return next((found for found in fits if found), None)
 
 
-def fastest_motor(force_n: float, stroke_m: float = 0.0, *, cable_m: float = 0.0, load: Load = "held") -> Fit | None:
-    """Return the motor that reels in fastest against a force, to report how far a required speed is out of reach."""
-    fits = [found for motor in catalogue() for found in _spools(motor, force_n, stroke_m, cable_m, load)]
+def fastest_motor(
+    force_n: float,
+    stroke_m: float = 0.0,
+    *,
+    cable_m: float = 0.0,
+    load: Load = "held",
+    by_position: bool = False,
+) -> Fit | None:
+    """Return the motor that reels in fastest against a force, to report how far a required speed is out of reach.
+
+    The arguments are those of `fit`.
+    """
+    fits = [found for motor in catalogue() for found in _spools(motor, force_n, stroke_m, cable_m, load, by_position)]
     return max(fits, key=lambda found: found.speed_m_s, default=None)
 
 
 def can_hold(force_n: float, stroke_m: float) -> bool:
     """Return whether any motor of the catalogue can hold a force and take up a stroke, at any speed."""
-    return any(True for motor in catalogue() for _ in _spools(motor, force_n, stroke_m, 0.0, "held"))
+    return any(True for motor in catalogue() for _ in _spools(motor, force_n, stroke_m, 0.0, "held", False))
 
 
 def fit(
-    motor: Motor, force_n: float, speed_m_s: float, stroke_m: float, *, cable_m: float = 0.0, load: Load = "held"
+    motor: Motor,
+    force_n: float,
+    speed_m_s: float,
+    stroke_m: float,
+    *,
+    cable_m: float = 0.0,
+    load: Load = "held",
+    by_position: bool = False,
 ) -> Fit | None:
     """Return a motor with the smallest spool that meets the requirements, or None.
 
     The smallest spool needs the least torque, so that the motor stays coolest.
+
+    Args:
+        motor: The motor.
+        force_n: Tension of the cable [N].
+        speed_m_s: Speed at which the cable must be reeled in against that tension [m/s].
+        stroke_m: Length of cable that must be taken up [m].
+        cable_m: Diameter of the cable [m]; its bending radius limits the radius of the spool.
+        load: Duration of the load.
+        by_position: Whether the motor's own controller must turn the spool to commanded positions.
     """
-    spools = _spools(motor, force_n, stroke_m, cable_m, load)
+    spools = _spools(motor, force_n, stroke_m, cable_m, load, by_position)
     return next((found for found in spools if found.speed_m_s >= speed_m_s), None)
 
 
-def _spools(motor: Motor, force_n: float, stroke_m: float, cable_m: float, load: Load) -> Iterator[Fit]:
+def _spools(
+    motor: Motor, force_n: float, stroke_m: float, cable_m: float, load: Load, by_position: bool
+) -> Iterator[Fit]:
     """Yield the spools with which a motor can hold the force and take up the stroke of a cable, the smallest first."""
     allowed = motor.torque_n_m(load)
     most_turns = MOST_TURNS if motor.travel_deg is None else motor.travel_deg / 360.0
+    if by_position:
+        if motor.position_turns is None:
+            return
+        most_turns = min(most_turns, motor.position_turns)
     for radius in _SPOOL_RADII_M:
         torque, turns = force_n * radius, stroke_m / (2.0 * math.pi * radius)
         if 2.0 * radius >= (_BENDS + 1.0) * cable_m and torque <= allowed and turns <= most_turns:

@@ -96,15 +96,12 @@ class Masses:
 
 def masses_of(build: RobotBuild) -> Masses:
     """Return the masses of a robot's printed pieces, as simulated and as built."""
-    parts = build.anatomy.parts
-    held = {piece.name for piece in build.shaping.pieces if all(parts[part].held for part in piece.parts)}
-    moving = [part for part in build.robot_parts if not held & set(part.used_for)]
 
     def summed(pieces: Sequence[PrintedPart]) -> tuple[float, float]:
         simulated = sum(piece.weight.simulated_kg * len(piece.used_for) for piece in pieces)
         return simulated, sum(piece.weight.mass_kg * len(piece.used_for) for piece in pieces)
 
-    return Masses(*summed(build.robot_parts), *summed(moving))
+    return Masses(*summed(build.robot_parts), *summed(build.moving_parts))
 
 
 def _mass_changes(build: RobotBuild) -> list[Change]:
@@ -113,8 +110,9 @@ def _mass_changes(build: RobotBuild) -> list[Change]:
         return []
 
     def grams(all_kg: float, moving_kg: float) -> str:
-        parts = f": {1000 * moving_kg:.1f} g move, {1000 * (all_kg - moving_kg):.1f} g are fixed"
-        return f"{1000 * all_kg:.1f} g" + parts * (masses.simulated_kg > masses.moving_simulated_kg)
+        whole_g, moving_g = round(1000 * all_kg, 1), round(1000 * moving_kg, 1)
+        parts = f": {moving_g:.1f} g move, {whole_g - moving_g:.1f} g are fixed"
+        return f"{whole_g:.1f} g" + parts * (masses.simulated_kg > masses.moving_simulated_kg)
 
     simulated = grams(masses.simulated_kg, masses.moving_simulated_kg)
     built = f"{grams(masses.built_kg, masses.moving_built_kg)}; as near as the infill of each piece allows"

@@ -1,11 +1,12 @@
-"""Bill of materials: motors, rods, lines, sheaths, small parts and plastic, with prices where they are known."""
+"""Bill of materials: motors, what drives them, rods, lines, sheaths, small parts and plastic, with known prices."""
 
 from __future__ import annotations
 
 import math
-from collections import defaultdict
+from collections import Counter, defaultdict
 
 from aidsr.core.artifacts import Artifact
+from aidsr.core.formatting import counted
 from aidsr.fabrication.build import RobotBuild
 from aidsr.fabrication.shape_parts import FLANGE_SCREWS
 from aidsr.fabrication.winches import SHEATH_MM
@@ -24,7 +25,7 @@ class Item(Artifact):
 
 def bill(build: RobotBuild) -> tuple[Item, ...]:
     """Return all items to buy."""
-    return (*_motors(build), *_rods(build), *_lines(build), *_small(build), *_plastic(build))
+    return (*_motors(build), *_electronics(build), *_rods(build), *_lines(build), *_small(build), *_plastic(build))
 
 
 def _motors(build: RobotBuild) -> list[Item]:
@@ -39,10 +40,29 @@ def _motors(build: RobotBuild) -> list[Item]:
             what=f"motor {name}, {motors[name].voltage_v:g} V",
             amount=str(len(used)),
             used_for=", ".join(used),
-            cost_usd=None if motors[name].price_usd is None else len(used) * (motors[name].price_usd or 0.0),
+            cost_usd=None if (price := motors[name].price_usd) is None else round(len(used) * price, 2),
             source=motors[name].source,
         )
         for name, used in groups.items()
+    ]
+
+
+def _electronics(build: RobotBuild) -> list[Item]:
+    """Return power supplies and adapters; they have no price, because the currents of the motors are not known here."""
+    motors = [winch.fit.motor for winch in build.winches if winch.fit is not None]
+    volts = Counter(motor.voltage_v for motor in motors)
+    makers = Counter(motor.name.split()[0] for motor in motors)
+    return [
+        *(
+            Item(what=f"power supply of {volt:g} V", amount="1", used_for=counted(count, "motor"), cost_usd=None)
+            for volt, count in volts.items()
+        ),
+        *(
+            Item(
+                what=f"adapter from USB to {maker} motors", amount="1", used_for=counted(count, "motor"), cost_usd=None
+            )
+            for maker, count in makers.items()
+        ),
     ]
 
 
@@ -92,17 +112,32 @@ def _lines(build: RobotBuild) -> list[Item]:
 
 
 def _small(build: RobotBuild) -> list[Item]:
+    """Return small parts; the board and the glue have no price, because neither size nor amount is computed."""
     ends = len(build.winches)
-    screws = {"stations": 4 * len(build.winches), "foot": FLANGE_SCREWS if build.shaping.flange_mm else 0}
+    screws = {"motor mounts": 4 * len(build.winches), "foot": FLANGE_SCREWS if build.shaping.flange_mm else 0}
     used_for = ", ".join(place for place, count in screws.items() if count)
     return [
-        Item(what=what, amount=str(count), used_for=places, cost_usd=0.1 * count)
+        Item(what=what, amount=str(count), used_for=places, cost_usd=round(0.1 * count, 2))
         for what, count, places in (
             ("crimp sleeve or bead, 2 mm", ends, "tied ends"),
             ("screw M4 x 12", sum(screws.values()), used_for),
         )
         if count
+    ] + [
+        Item(what=what, amount="1", used_for=places, cost_usd=None)
+        for what, places in (("board", "motor mounts" if ends else ""), _glue(build))
+        if places
     ]
+
+
+def _glue(build: RobotBuild) -> tuple[str, str]:
+    """Return the glue that the sheet's steps call for, and what for; nothing where they call for none."""
+    places = ["cut pieces"] if any(piece.cut for piece in build.shaping.pieces) else []
+    if build.shaping.rods:
+        return "cyanoacrylate or epoxy", ", ".join([*places, "rods"])
+    if build.material.elastomer:
+        return "cyanoacrylate with primer for elastomers", ", ".join([*places, "limbs"])
+    return "cyanoacrylate", ", ".join(places)
 
 
 def _plastic(build: RobotBuild) -> list[Item]:

@@ -73,6 +73,13 @@ class RobotBuild:
         return tuple(part for part in self.parts if part.what == "robot")
 
     @property
+    def moving_parts(self) -> tuple[PrintedPart, ...]:
+        """The pieces of the robot that are not fixed to the world."""
+        parts = self.anatomy.parts
+        fixed = {piece.name for piece in self.shaping.pieces if all(parts[part].held for part in piece.parts)}
+        return tuple(part for part in self.robot_parts if not fixed & set(part.used_for))
+
+    @property
     def faults(self) -> tuple[Fault, ...]:
         """All faults found while building, errors first."""
         found = [

@@ -117,7 +117,7 @@ class PartEntry(Artifact):
     file: str
     """Name of its files in parts/, without the file extension."""
     what: str
-    """ "robot", "station" or "spool"."""
+    """ "robot", "station" (the mount of a motor) or "spool"."""
     copies: int
     used_for: tuple[str, ...]
     material: str
@@ -125,7 +125,7 @@ class PartEntry(Artifact):
     mass_g: float
     """Mass of its plastic."""
     simulated_g: float | None
-    """Mass in simulation; None for parts that are not simulated (stations and spools)."""
+    """Mass in simulation; None for parts that are not simulated (motor mounts and spools)."""
     size_mm: tuple[float, float, float]
     support_cm3: float
     thinnest_wall_mm: float

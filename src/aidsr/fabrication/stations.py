@@ -1,4 +1,4 @@
-"""Printed parts of a winch: a station with a seat for the motor and a stop for the sheath, and the spool.
+"""Printed parts of a winch: a station, which is a motor mount with a stop for the sheath, and the spool.
 
 Each cable has its own station, screwed to a board that is not part of the export, so that any number of cables fits
 any printer bed.

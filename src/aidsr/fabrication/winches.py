@@ -1,16 +1,17 @@
 """Selection of a winch for each cable: motor, spool, line and sheath.
 
-The motor is the cheapest that meets the tension, speed and stroke recorded in the validator's tests.
+The motors are the cheapest that can be commanded to a position, and that meet the tension, speed and stroke recorded in
+the validator's tests. All winches of a robot have the same type of motor, unless that costs far more.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from aidsr.core.artifacts import Fault, ValidationReport
-from aidsr.core.motors import Fit, cheapest_motor, fastest_motor
+from aidsr.core.motors import Fit, catalogue, fastest_motor, fit
 from aidsr.fabrication.anatomy import Anatomy
 from aidsr.fabrication.materials import Line, Sheath, line_for, lines, sheath_for
 from aidsr.fabrication.stations import SPARE_TURNS, Drum
@@ -27,6 +28,10 @@ SHEATH_MM = 300.0
 
 _UNKNOWN_SPOOL_MM = 10.0
 """Spool radius assumed for the cut length where no motor can hold the cable. Our choice: a small spool."""
+
+MOST_EXTRA = 2.0
+"""Largest price of motors of one type / price of the cheapest motors for each cable. Our choice: one type needs one bus
+and one power supply, and antagonists react alike, which is worth some motors but not the double price."""
 
 _TIED_MM, _CUT_STEP_MM = 60.0, 10.0
 """Extra length for knots at both ends, and the step to which cut lengths are rounded up. Our choice."""
@@ -56,7 +61,7 @@ class Winch:
     Attributes:
         cable: Index of the cable in the anatomy.
         demand: Required tension, speed and stroke.
-        fit: The motor and its spool; None where no motor of the catalogue can hold the cable.
+        fit: The motor and its spool; None where no motor with position control can hold the cable.
         line: Line from which the cable is cut; None where none is strong enough.
         sheath: Tube in which the cable runs from the winch to the robot.
         inside_mm: Length of the cable inside the robot, at rest.
@@ -119,19 +124,57 @@ def choose_winches(
         demands_by_actuator: Required tension, speed and stroke of each actuator.
         entries_mm: Length of each cable between the end of its sheath and its first guide, by the cable's index.
     """
+    driven = {
+        index: demands_by_actuator[cable.actuator]
+        for index, cable in enumerate(anatomy.cables)
+        if cable.actuator in demands_by_actuator
+    }
+    used = {index: line_for(demand.at_winch_n) for index, demand in driven.items()}
+    fits = _motors([(demand, (used[index] or lines()[-1]).diameter_mm / 1000) for index, demand in driven.items()])
     winches = []
-    for index, cable in enumerate(anatomy.cables):
-        demand = demands_by_actuator.get(cable.actuator)
-        if demand is None:
-            continue
-        line = line_for(demand.at_winch_n)
-        used = line or lines()[-1]
-        cable_m = used.diameter_mm / 1000
-        fit = cheapest_motor(demand.at_winch_n, demand.speed_m_s, demand.stroke_m, cable_m=cable_m)
-        fit = fit or fastest_motor(demand.at_winch_n, demand.stroke_m, cable_m=cable_m)
-        inside = cable.length_mm + entries_mm.get(index, 0.0)
-        winches.append(Winch(index, demand, fit, line, sheath_for(used), inside))
+    for (index, demand), chosen in zip(driven.items(), fits, strict=True):
+        inside = anatomy.cables[index].length_mm + entries_mm.get(index, 0.0)
+        sheath = sheath_for(used[index] or lines()[-1])
+        winches.append(Winch(index, demand, chosen, used[index], sheath, inside))
     return _with_common_spools(winches)
+
+
+def _motors(loads: list[tuple[Demand, float]]) -> list[Fit | None]:
+    """Return a motor with its spool for each cable, of one type unless that costs more than `MOST_EXTRA` times as much.
+
+    Args:
+        loads: Demand and diameter of each cable [m].
+
+    Returns:
+        The motors in the order of `loads`; the fastest where none is fast enough, None where none can hold the cable.
+    """
+    suitable = [_suitable(demand, cable_m) for demand, cable_m in loads]
+    cheapest = [next(iter(found.values()), None) for found in suitable]
+    needed = [found for found in suitable if found]
+    common = next((name for name in (needed[0] if needed else ()) if all(name in found for found in needed)), None)
+    if common is None:
+        return cheapest
+    same = [found.get(common) for found in suitable]
+    return same if _price(same) <= MOST_EXTRA * _price(cheapest) else cheapest
+
+
+def _suitable(demand: Demand, cable_m: float) -> dict[str, Fit]:
+    """Return the motors that can be commanded to a position and meet a demand, by name, the cheapest first.
+
+    If none is fast enough, the demanded speed is replaced by that of the fastest.
+    """
+    force_n, stroke_m = demand.at_winch_n, demand.stroke_m
+    fastest = fastest_motor(force_n, stroke_m, cable_m=cable_m, by_position=True)
+    if fastest is None:
+        return {}
+    speed_m_s = min(demand.speed_m_s, fastest.speed_m_s)
+    fits = (fit(motor, force_n, speed_m_s, stroke_m, cable_m=cable_m, by_position=True) for motor in catalogue())
+    return {found.motor.name: found for found in fits if found is not None}
+
+
+def _price(fits: Sequence[Fit | None]) -> float:
+    """Return the price of motors [USD]; infinite if the price of one is unknown."""
+    return sum(found.motor.price_usd or math.inf for found in fits if found is not None)
 
 
 def _with_common_spools(winches: list[Winch]) -> tuple[Winch, ...]:
@@ -178,7 +221,7 @@ def winch_faults(anatomy: Anatomy, winches: tuple[Winch, ...]) -> Iterator[Fault
             names=tuple(names[winch.cable] for winch in none),
             measured=worst.demand.stroke_m,
             unit="m",
-            message=f"no motor of the catalogue holds {worst.demand.at_winch_n:.3g} N over this stroke, sheath "
+            message=f"no motor with position control holds {worst.demand.at_winch_n:.3g} N over this stroke, sheath "
             "included",
             cure="Lower the tension, or bring the tendons nearer to the backbone to shorten their stroke.",
         )
@@ -193,7 +236,7 @@ def winch_faults(anatomy: Anatomy, winches: tuple[Winch, ...]) -> Iterator[Fault
             measured=worst.demand.speed_m_s,
             limit=worst.fit.speed_m_s if worst.fit else 0.0,
             unit="m/s",
-            message="was reeled faster in simulation than the fastest motor that holds it can",
+            message="was reeled faster in simulation than the fastest motor with position control that holds it can",
             cure='Lower the force, give the actuators a time constant (dyntype="filterexact" dynprm="0.05"), or the '
             "joints more damping.",
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 from datetime import UTC, datetime
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -16,6 +17,7 @@ from aidsr.core.text_files import read_text_file
 from aidsr.loop.ablations import ablate
 from aidsr.loop.early_stop import never_stop, no_progress
 from aidsr.loop.human import DecisionFile, PresetFeedback, approve
+from aidsr.loop.judge_images import motion_view
 from aidsr.loop.parts import Parts, Person
 from aidsr.loop.runner import Listen, run_designs
 from aidsr.loop.task_trial import check_trial, measure_again, trial_of
@@ -305,7 +307,7 @@ def parts_of(run: Run, model: Model | None = None) -> Parts:
         validate=validate,
         assemble=lambda robot, environment, placement: assemble(robot, environment, placement, sensors),
         picture=picture,
-        filmstrip=filmstrip,
+        filmstrip=partial(filmstrip, view=motion_view(run)),
         person=_person(record.config),
         try_on_task=trial_of(run) if record.config.task_feedback else None,
         measure_again=measure_again(run) if record.config.task_feedback else None,

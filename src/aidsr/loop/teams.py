@@ -16,7 +16,7 @@ from aidsr.core.extras import require_extra
 from aidsr.core.model import Model, calls_tools
 from aidsr.core.roles import Team
 from aidsr.loop.budget import Budgeted, Ledger, Price, check_prices
-from aidsr.loop.judge_images import pictures_of
+from aidsr.loop.judge_images import motion_view, pictures_of
 from aidsr.loop.parts import TeamFor
 from aidsr.runs import RecordedModel, Run
 from aidsr.teams.providers import ManualModel, connect, is_offline, price_usd, provider_of
@@ -149,7 +149,8 @@ def team_of(run: Run, model: Model | None = None) -> tuple[TeamFor, Callable[[],
             )
         if config.method == "direct":
             return llm.direct_team(capped)
-        return llm.team(capped, pictures=partial(pictures_of, folder) if config.judge_pictures else llm.no_pictures)
+        pictures = partial(pictures_of, folder, motion_view(run)) if config.judge_pictures else llm.no_pictures
+        return llm.team(capped, pictures=pictures)
 
     def interrupt() -> None:
         ledger.interrupt()

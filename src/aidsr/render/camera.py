@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from copy import copy
 from dataclasses import dataclass
 from itertools import product
 
@@ -25,6 +26,9 @@ _SHADOW_RADII = 3.0  # shadows are sharp within this many radii of the centre
 _PREFERENCE = 0.02  # additional share of visible geoms required to choose the next direction in the order
 _RAYS = 12  # rays in a row and in a column with which the apparent size of an object is measured
 _WELL_SEEN = 0.5  # sufficient apparent size / largest apparent size from any direction
+_SIDE_ON = (
+    0.5  # merit of seeing all of the robot's motion from the side; our choice: more than any rank, less than a target
+)
 _SITE_SLACK = 0.02  # hits this close to a site / distance do not count: a site lies on the surface of its body
 _ROOM_M = 0.1  # room beside objects shown without a robot; our choice: half the size of a built-in robot
 _MAX_TESTED_GEOMS = 60  # largest number of geoms that are tested for visibility
@@ -37,7 +41,8 @@ def frame_robot(model: mujoco.MjModel, states: Iterable[mujoco.MjData], view: Vi
 
     Args:
         model: The compiled model.
-        states: One or more states with kinematics computed; the viewing direction is chosen for the last one.
+        states: One or more states with kinematics computed. The viewing direction is chosen for the first and the last
+            one, and so that the motion between all of them is seen from the side.
         view: Viewing direction and other options; angles that are None are chosen.
     """
     if view.authored:
@@ -47,37 +52,48 @@ def frame_robot(model: mujoco.MjModel, states: Iterable[mujoco.MjData], view: Vi
         return camera
     empty = bool(view.shown) and not read_ownership(model).is_scene
     around = list(_solid(model)) if empty else _surrounding_geoms(model)
-    of_robot, of_others, data = [], [], None
-    for data in states:
+    moving = _robot_geoms(model)
+    of_robot, of_others, positions, data, first = [], [], [], None, None
+    for data in states:  # may be the same object each time
         robot = np.zeros((0, 3)) if empty else robot_corners(model, data)
         shown = [each.corners for each in _shown(model, data, view)]
         of_robot.append(np.concatenate([robot, *(_with_room(corners) if empty else corners for corners in shown)]))
         of_others.append(_corners(model, data, around))
-    if data is None:
+        positions.append(data.geom_xpos[moving])
+        first = first or copy(data)
+    if data is None or first is None:
         raise ValueError("no state to show: give at least one")
     centre, radius = _region(np.concatenate(of_robot), np.concatenate(of_others))
     model.vis.map.shadowclip = min(model.vis.map.shadowclip, _SHADOW_RADII * radius / model.stat.extent)
-    return aim(model, data, centre, radius, view)
+    ends = [data] if len(positions) == 1 else [first, data]
+    return aim(model, ends, centre, radius, view, np.array(positions))
 
 
-def aim(model: mujoco.MjModel, data: mujoco.MjData, centre: Array, radius: float, view: View) -> mujoco.MjvCamera:
+def aim(
+    model: mujoco.MjModel,
+    states: Sequence[mujoco.MjData],
+    centre: Array,
+    radius: float,
+    view: View,
+    positions: Array | None = None,
+) -> mujoco.MjvCamera:
     """Return a camera that shows a sphere in the world, from the direction in which most geoms in it are visible.
 
     Also adjusts the model's field of view and clipping planes.
 
     Args:
         model: The compiled model.
-        data: The state for which the viewing direction is chosen.
+        states: The states for which the viewing direction is chosen.
         centre: Centre of the sphere (3,) [m].
         radius: Radius of the sphere [m].
         view: Viewing direction and other options; angles that are None are chosen.
+        positions: Positions of the robot's geoms during a motion to see from the side (n_states, n_geoms, 3) [m].
     """
     model.vis.global_.fovy = _FOVY_DEG
     camera = mujoco.MjvCamera()
     camera.lookat[:] = centre
     camera.distance = _MARGIN * radius / np.sin(np.deg2rad(_FOVY_DEG / 2)) / view.closeness
-    near = [geom for geom in _surrounding_geoms(model) if np.linalg.norm(data.geom_xpos[geom] - centre) < radius]
-    camera.azimuth, camera.elevation = _direction(model, data, camera, near, view)
+    camera.azimuth, camera.elevation = _direction(model, states, camera, radius, view, positions)
     extent = model.stat.extent
     model.vis.map.znear = min(model.vis.map.znear, 0.1 * camera.distance / extent)
     model.vis.map.zfar = max(model.vis.map.zfar, 4 * camera.distance / extent)
@@ -153,22 +169,48 @@ def _region(robot: Array, others: Array) -> tuple[Array, float]:
 
 
 def _direction(
-    model: mujoco.MjModel, data: mujoco.MjData, camera: mujoco.MjvCamera, near: list[int], view: View
+    model: mujoco.MjModel,
+    states: Sequence[mujoco.MjData],
+    camera: mujoco.MjvCamera,
+    radius: float,
+    view: View,
+    positions: Array | None,
 ) -> tuple[float, float]:
     """Return azimuth and elevation [deg] of the best visibility; of equal directions, the first in the order."""
     azimuths = _AZIMUTHS_DEG if view.azimuth_deg is None else (view.azimuth_deg,)
     elevations = _ELEVATIONS_DEG if view.elevation_deg is None else (view.elevation_deg,)
     directions = [(azimuth, elevation) for elevation in elevations for azimuth in azimuths]
-    robot = _robot_geoms(model)
+    if len(directions) == 1:
+        return directions[0]
+    robot, others = _robot_geoms(model), _surrounding_geoms(model)
     eyes = [_camera_position(camera, *direction) for direction in directions]
-    merits = np.array(
-        [_visible_share(model, data, eye, robot, near) - rank * _PREFERENCE for rank, eye in enumerate(eyes)]
-    )
-    for each in _shown(model, data, view):
-        seen = np.array([each.in_sight(model, data, eye) for eye in eyes])
-        if seen.max() > 0.0:
-            merits += np.minimum(seen / seen.max() / _WELL_SEEN, 1.0)
+    merits = -_PREFERENCE * np.arange(len(eyes))
+    for data in states:
+        near = [geom for geom in others if np.linalg.norm(data.geom_xpos[geom] - camera.lookat) < radius]
+        merits += np.array([_visible_share(model, data, eye, robot, near) for eye in eyes]) / len(states)
+        for each in _shown(model, data, view):
+            seen = np.array([each.in_sight(model, data, eye) for eye in eyes])
+            if seen.max() > 0.0:
+                merits += np.minimum(seen / seen.max() / _WELL_SEEN, 1.0) / len(states)
+    if positions is not None:
+        merits += _SIDE_ON * _across(positions, camera.lookat - np.array(eyes))
     return directions[int(np.argmax(merits))]
+
+
+def _across(positions: Array, ways: Array) -> Array:
+    """Return the share of a motion that is across each viewing direction, (n,), 0 to 1; 0 where nothing moves.
+
+    Args:
+        positions: Positions of points during the motion (n_states, n_points, 3) [m].
+        ways: Viewing directions (n, 3), of any length.
+    """
+    away = (positions - positions.mean(axis=0)).reshape(-1, 3)
+    spread = away.T @ away
+    if np.trace(spread) <= 0.0:
+        return np.zeros(len(ways))
+    forward = ways / np.linalg.norm(ways, axis=1, keepdims=True)
+    share: Array = 1.0 - np.einsum("ni,ij,nj->n", forward, spread, forward) / np.trace(spread)
+    return share
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,12 +235,12 @@ class _Shown:
             return float(met < 0.0 or met > far - _SITE_SLACK * far)
         aside = np.linalg.svd(way[None] / far)[2][1:]
         grid = np.linspace(-1.0, 1.0, _RAYS)
-        found = 0
-        for x, y in product(grid, grid):
-            ray = way + radius * (x * aside[0] + y * aside[1])
-            mujoco.mj_ray(model, data, eye, ray, None, True, -1, hit, None)
-            found += int(hit[0]) in self.geoms
-        return found / _RAYS**2
+        rays = np.array([way + radius * (x * aside[0] + y * aside[1]) for x, y in product(grid, grid)])
+        hits, distances = np.full(len(rays), -1, np.int32), np.zeros(len(rays))
+        mujoco.mj_multiRay(
+            model, data, eye, rays.ravel(), None, True, -1, hits, distances, None, len(rays), mujoco.mjMAXVAL
+        )
+        return float(np.isin(hits, list(self.geoms)).mean())
 
 
 def _shown(model: mujoco.MjModel, data: mujoco.MjData, view: View) -> list[_Shown]:

@@ -41,7 +41,7 @@ class Travel:
 
     def camera(self, view: View) -> mujoco.MjvCamera:
         """Return a camera for the end of the path; the caller must move it to `lookat_m` of each frame."""
-        return aim(self.model, self.data, self.lookat_m[-1], _ROOM * self.radius_m, view)
+        return aim(self.model, [self.data], self.lookat_m[-1], _ROOM * self.radius_m, view)
 
 
 def track_robot(model: mujoco.MjModel, data: mujoco.MjData, positions: Array) -> Travel | None:

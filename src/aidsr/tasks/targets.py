@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from aidsr.tasks.goals.goal_task import GoalTask
+from aidsr.tasks.goals.reading import AnyGoal
 from aidsr.tasks.task import Task
 
 
@@ -13,9 +14,14 @@ def targets_of(task: Task) -> tuple[str, ...]:
     target sites and bodies.
     """
     if isinstance(task, GoalTask):
-        return tuple(dict.fromkeys((*task.goal.points, *task.goal.bodies)))
+        return targets_of_goal(task.goal)
     touched = [sensor.target for sensor in task.sensors if sensor.quantity in ("contact_force", "contacts")]
     return tuple(dict.fromkeys(touched)) if task.base != "free" else ()
+
+
+def targets_of_goal(goal: AnyGoal) -> tuple[str, ...]:
+    """Return the names of the target sites and bodies of a goal."""
+    return tuple(dict.fromkeys((*goal.points, *goal.bodies)))
 
 
 def targets_and_mounts(task: Task) -> tuple[str, ...]:

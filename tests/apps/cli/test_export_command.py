@@ -20,6 +20,8 @@ def test_the_changes_that_building_asks_for_are_printed(tmp_path: Path, capsys) 
     assert verdict.changes
     for change in verdict.changes:
         assert f"difference in {change.what}: simulated {change.simulated}; built {change.built}" in printed
+    assert verdict.unpriced
+    assert f"USD, without {', '.join(verdict.unpriced)}" in printed
     assert verdict.retest is not None
     assert f"largest displacement {1000 * verdict.retest.reach_m:.0f} mm (designed" in printed
 

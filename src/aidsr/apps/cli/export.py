@@ -81,7 +81,7 @@ def _print_export(console: Console, exported: Exported) -> None:
     moving = f"{verdict.moving_built_g:g} g (simulated {verdict.moving_simulated_g:g} g)"
     line(f"  mass of the pieces that move {moving}")
     motors = sorted({winch.fit.motor.name for winch in made.winches if winch.fit is not None})
-    unknown = f", and {len(verdict.unpriced)} without a known price" if verdict.unpriced else ""
+    unknown = f", without {', '.join(verdict.unpriced)}" if verdict.unpriced else ""
     named = f" ({'; '.join(motors)})" if motors else ""
     winches = f"{counted(len(made.winches), 'winch')}{named}" if made.winches else "no winches"
     line(f"  {winches}; about {verdict.cost_usd:.0f} USD{unknown}")

@@ -173,8 +173,8 @@ def _body_name(model: mujoco.MjModel, geom: int) -> str:
 def structure_check(structure: Structure) -> PlausibilityCheck:
     """Check that the robot is a tendon-driven continuum robot.
 
-    Source: docs/validation.md, scope: tendons, driven by actuators, along a series of three turning points or more, in
-    one piece.
+    Source: docs/validation.md, scope: tendons, driven by actuators, along three joints or more in series (hinges about
+    one point are one joint), in one piece.
     """
     joints = structure.longest_series
     whole = bool(structure.tendons) and bool(structure.tendon_actuators) and len(structure.roots) == 1
@@ -184,7 +184,7 @@ def structure_check(structure: Structure) -> PlausibilityCheck:
         measured=float(joints),
         limit=3.0,
         bound="at least",
-        unit="turning points in series",
+        unit="joints in series",
         message=f"{len(structure.tendons)} tendons, {len(structure.tendon_actuators)} of its actuators pull on one, "
         f"in {len(structure.roots)} piece(s)",
     )

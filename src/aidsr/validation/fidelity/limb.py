@@ -151,7 +151,7 @@ def read_limb(model: mujoco.MjModel, chain: Chain) -> Limb:
 
 def _direction(data: mujoco.MjData, model: mujoco.MjModel, chain: Chain) -> Vector:
     if len(chain.bodies) < _FEWEST:
-        raise LimbError(f"it has {len(chain.bodies)} turning points, and a rod needs {_FEWEST}")
+        raise LimbError(f"it has {len(chain.bodies)} joints in series, and a rod needs {_FEWEST}")
     anchors = np.array([data.xanchor[int(model.body_jntadr[body])] for body in chain.bodies])
     steps = np.diff(anchors, axis=0)
     steps /= np.linalg.norm(steps, axis=1, keepdims=True)
