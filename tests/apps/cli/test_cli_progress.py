@@ -11,8 +11,8 @@ from rich.console import Console
 from aidsr.apps.cli.progress import Lines, Panel, follow_run
 from aidsr.apps.cli.reporting import print_introduction
 from aidsr.apps.cli.review_prompt import ReviewPrompt, parse_answer
-from aidsr.apps.cli.training import TrainingBar, evaluating
-from aidsr.core.artifacts import Decision
+from aidsr.apps.cli.training import TrainingBar, evaluating, print_evaluations
+from aidsr.core.artifacts import Decision, EpisodeResult, Evaluation
 from aidsr.core.calls import Usage
 from aidsr.core.errors import ModelError, UserError
 from aidsr.core.formatting import counted, format_cost, format_duration, format_time_left
@@ -47,6 +47,20 @@ def test_a_training_shows_success_and_the_time_left_in_a_terminal_and_in_a_file(
         assert "1000 steps" in told
         assert "success 25%" in told
         assert "at most 3 min 0 s left" in told
+
+
+def test_an_evaluation_says_that_its_progress_is_that_of_the_best_moments(tmp_path) -> None:
+    """A policy without a success may come far for a moment; `aidsr probe` uses the same title."""
+    episodes = tuple(
+        EpisodeResult(variation=k, ended="out_of_time", progress=0.1, best_progress=best, reward=0.0, time_s=1.0)
+        for k, best in enumerate((0.5, 0.75))
+    )
+    console = Console(file=io.StringIO(), width=120)
+    evaluation = Evaluation(task="gap", level="standard", benchmark_version=4, episodes=episodes, checks=())
+    print_evaluations(console, {tmp_path: evaluation})
+    titles, values = console.file.getvalue().splitlines()[:2]
+    assert "   mean best progress   " in titles
+    assert values.split()[-3] == "0.62"
 
 
 @pytest.mark.parametrize(
