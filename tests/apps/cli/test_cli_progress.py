@@ -23,7 +23,7 @@ from aidsr.loop.human import DecisionFile
 from aidsr.loop.runner import run_designs
 from aidsr.runs import read_status
 from aidsr.runs.events import StepDone, StepStarted, Waiting
-from scripted import Script, Scripted, new_run, parts
+from scripted import Script, Scripted, new_run, parts, tried
 
 
 def terminal(width: int = 80) -> Console:
@@ -149,6 +149,15 @@ def test_a_run_is_reported_in_lines(tmp_path, capsys) -> None:
     ]
     assert all(line in said.replace("\n", " ") or line in said for line in story)
     assert "\x1b" not in said
+
+
+def test_lines_say_when_a_trial_begins_because_it_takes_minutes(tmp_path, capsys) -> None:
+    trial = parts(Scripted([Script()]), try_on_task=lambda _robot, _scene: tried(0.9, decisive=True))
+    follow_run(new_run(tmp_path), trial)
+    said = capsys.readouterr().out.splitlines()
+    began = said.index("design 1  iteration 1  the scene is tried on its task")
+    assert said[began - 1] == "design 1  iteration 1  scene: stable"
+    assert said[began + 1].startswith("design 1  iteration 1  tried on its task: ")
 
 
 def test_follow_run_fails_when_nothing_is_approved(tmp_path, capsys) -> None:

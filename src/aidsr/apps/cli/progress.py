@@ -76,6 +76,10 @@ class View(Protocol):
         ...
 
 
+_LONG = ("task_report", "measured_again")
+"""Steps of a run that take minutes without printing anything: the searches, and trainings, of a trial."""
+
+
 class Lines:
     """Display with one line for each event, for log files and pipes."""
 
@@ -91,8 +95,10 @@ class Lines:
         pass
 
     def on_event(self, number: int, event: Event) -> None:
-        """Print the text of the event, if it has one."""
+        """Print the text of the event, if it has one, and the beginning of a step that takes minutes."""
         text = sentence(event)
+        if isinstance(event, StepStarted) and event.step in _LONG:
+            text = DOING[event.step]
         iteration = getattr(event, "iteration", None)
         if text:
             place = (f"design {number}  " if number else "") + (f"iteration {iteration}  " if iteration else "")
