@@ -160,6 +160,20 @@ def test_lines_say_when_a_trial_begins_because_it_takes_minutes(tmp_path, capsys
     assert said[began + 1].startswith("design 1  iteration 1  tried on its task: ")
 
 
+def test_an_error_that_ends_a_run_is_left_to_the_caller(tmp_path, capsys) -> None:
+    """The command prints it on stderr; once is enough."""
+
+    class Unable(Scripted):
+        def propose(self, _brief, _count):
+            raise UserError("cannot read designer.md; write it")
+
+    with pytest.raises(UserError, match=r"cannot read designer\.md"):
+        follow_run(new_run(tmp_path), parts(Unable()))
+    said = capsys.readouterr().out
+    assert "designer.md" not in said
+    assert "aidsr resume" in said
+
+
 def test_follow_run_fails_when_nothing_is_approved(tmp_path, capsys) -> None:
     run = new_run(tmp_path)
     assert follow_run(run, parts(Scripted([Script(robots=[ModelError("no answer from x")])]))) == 1

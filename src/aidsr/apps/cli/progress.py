@@ -25,7 +25,7 @@ from aidsr.loop.parts import Parts
 from aidsr.loop.runner import run_designs
 from aidsr.runs import Run, read_status
 from aidsr.runs.event_text import DOING, sentence
-from aidsr.runs.events import Event, StepDone, StepStarted
+from aidsr.runs.events import Event, StepDone, StepStarted, Stopped
 from aidsr.runs.status import newest
 from aidsr.teams.providers import is_offline
 
@@ -95,8 +95,11 @@ class Lines:
         pass
 
     def on_event(self, number: int, event: Event) -> None:
-        """Print the text of the event, if it has one, and the beginning of a step that takes minutes."""
-        text = sentence(event)
+        """Print the text of the event, if it has one, and the beginning of a step that takes minutes.
+
+        Why the run itself stopped is not printed: that error is raised, and the command prints it.
+        """
+        text = "" if isinstance(event, Stopped) and not number else sentence(event)
         if isinstance(event, StepStarted) and event.step in _LONG:
             text = DOING[event.step]
         iteration = getattr(event, "iteration", None)
