@@ -93,7 +93,9 @@ def test_a_key_that_is_missing_is_named_before_a_folder_is_made(tmp_path, monkey
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("OPENAI_API_KEY", raising=False)
     assert run_main("design", "--task", "button_pushing", "--model", "openai:gpt-5") == 2
-    assert "OPENAI_API_KEY" in capsys.readouterr().err
+    told = capsys.readouterr()
+    assert "OPENAI_API_KEY" in told.err
+    assert told.out == "", "the estimate of calls that cannot be made"
     assert list(tmp_path.iterdir()) == []
 
 
