@@ -56,6 +56,9 @@ def probe(
 ) -> ProbeReport:
     """Measure how far a robot gets on its task without learning, with open-loop motions.
 
+    Nothing is written. `aidsr probe` also keeps the report as probe.json in the design's folder, with a picture that
+    `aidsr.api.film` draws.
+
         report = aidsr.probe(run.design(1))
         report = aidsr.probe("scene.xml", "button_pushing", candidates=512)
         print(report.progress, report.reached)

@@ -131,7 +131,20 @@ def test_it_ends_with_any_robot_that_does_the_job_and_shows_the_best_one(
     with pytest.raises(SystemExit) as ended:
         main(["evolve", "--task", "gap", "--out", str(tmp_path / "command"), "--generations", "2"])
     assert ended.value.code == 0
-    assert "Best result: best" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "Best result: best" in told
+    assert told.startswith("The built-in rules read no lessons: each generation only searches with another seed. Name")
+
+
+@pytest.mark.usefixtures("designs")
+def test_a_language_model_is_not_told_that_it_reads_no_lessons(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        main(["evolve", "--task", "gap", "--out", str(tmp_path / "o"), "--model", f"manual:{tmp_path}"])
+    told = capsys.readouterr().out
+    assert "generation 1: " in told
+    assert "read no lessons" not in told
 
 
 def test_the_budget_is_that_of_all_generations(

@@ -11,8 +11,8 @@ from rich.console import Console
 from aidsr.apps.cli.progress import Lines, Panel, follow_run, how_to_resume
 from aidsr.apps.cli.reporting import print_introduction
 from aidsr.apps.cli.review_prompt import ReviewPrompt, parse_answer
-from aidsr.apps.cli.training import TrainingBar, evaluating
-from aidsr.core.artifacts import Decision
+from aidsr.apps.cli.training import TrainingBar, evaluating, print_evaluations
+from aidsr.core.artifacts import Decision, EpisodeResult, Evaluation
 from aidsr.core.calls import Usage
 from aidsr.core.errors import ModelError, UserError
 from aidsr.core.formatting import counted, format_cost, format_duration, format_time_left
@@ -23,7 +23,7 @@ from aidsr.loop.human import DecisionFile
 from aidsr.loop.runner import run_designs
 from aidsr.runs import read_status
 from aidsr.runs.events import EventLog, StepDone, StepStarted, Tried, Waiting
-from scripted import Script, Scripted, new_run, parts
+from scripted import Script, Scripted, new_run, parts, tried
 
 
 def terminal(width: int = 80) -> Console:
@@ -47,6 +47,20 @@ def test_a_training_shows_success_and_the_time_left_in_a_terminal_and_in_a_file(
         assert "1000 steps" in told
         assert "success 25%" in told
         assert "about 3 min 0 s left" in told
+
+
+def test_an_evaluation_says_that_its_progress_is_that_of_the_best_moments(tmp_path) -> None:
+    """A policy without a success may come far for a moment; `aidsr probe` uses the same title."""
+    episodes = tuple(
+        EpisodeResult(variation=k, ended="out_of_time", progress=0.1, best_progress=best, reward=0.0, time_s=1.0)
+        for k, best in enumerate((0.5, 0.75))
+    )
+    console = Console(file=io.StringIO(), width=120)
+    evaluation = Evaluation(task="gap", level="standard", benchmark_version=4, episodes=episodes, checks=())
+    print_evaluations(console, {tmp_path: evaluation})
+    titles, values = console.file.getvalue().splitlines()[:2]
+    assert "   mean best progress   " in titles
+    assert values.split()[-3] == "0.62"
 
 
 @pytest.mark.parametrize(
@@ -136,6 +150,29 @@ def test_a_run_is_reported_in_lines(tmp_path, capsys) -> None:
     ]
     assert all(line in said.replace("\n", " ") or line in said for line in story)
     assert "\x1b" not in said
+
+
+def test_lines_say_when_a_trial_begins_because_it_takes_minutes(tmp_path, capsys) -> None:
+    trial = parts(Scripted([Script()]), try_on_task=lambda _robot, _scene: tried(0.9, decisive=True))
+    follow_run(new_run(tmp_path), trial)
+    said = capsys.readouterr().out.splitlines()
+    began = said.index("design 1  iteration 1  the scene is tried on its task")
+    assert said[began - 1] == "design 1  iteration 1  scene: stable"
+    assert said[began + 1].startswith("design 1  iteration 1  tried on its task: ")
+
+
+def test_an_error_that_ends_a_run_is_left_to_the_caller(tmp_path, capsys) -> None:
+    """The command prints it on stderr; once is enough."""
+
+    class Unable(Scripted):
+        def propose(self, _brief, _count):
+            raise UserError("cannot read designer.md; write it")
+
+    with pytest.raises(UserError, match=r"cannot read designer\.md"):
+        follow_run(new_run(tmp_path), parts(Unable()))
+    said = capsys.readouterr().out
+    assert "designer.md" not in said
+    assert "aidsr resume" in said
 
 
 def test_follow_run_fails_when_nothing_is_approved(tmp_path, capsys) -> None:

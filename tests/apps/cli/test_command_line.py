@@ -95,7 +95,9 @@ def test_a_key_that_is_missing_is_named_before_a_folder_is_made(tmp_path, monkey
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("OPENAI_API_KEY", raising=False)
     assert run_main("design", "--task", "button_pushing", "--model", "openai:gpt-5") == 2
-    assert "OPENAI_API_KEY" in capsys.readouterr().err
+    told = capsys.readouterr()
+    assert "OPENAI_API_KEY" in told.err
+    assert told.out == "", "the estimate of calls that cannot be made"
     assert list(tmp_path.iterdir()) == []
 
 
@@ -224,6 +226,23 @@ def test_show_prints_layout_status_and_files(tmp_path, monkeypatch, capsys) -> N
     status = json.loads(capsys.readouterr().out)
     assert [design["state"] for design in status["designs"]] == ["finished", "stopped"]
     assert [design["mechanical_repairs"] for design in status["designs"]] == [1, 0]
+
+
+def test_show_takes_the_folder_of_a_design_as_other_commands_do(tmp_path, capsys) -> None:
+    run = new_run(tmp_path, concepts=2)
+    run_designs(run, parts(Scripted([Script(), Script(robots=[ModelError("no answer from x")])])))
+    train = run.design(2).path / "training" / "001"
+    train.mkdir(parents=True)
+    (train / "config.json").write_text("{}")
+    assert run_main("show", str(run.design(1).path)) == 0
+    said = capsys.readouterr().out
+    assert "concept 1" in said
+    assert "final.xml" in said
+    assert not any(word in said for word in ("concept 2", "no answer from x", "design 2", "concepts.json"))
+    assert run_main("show", str(run.design(2).path), "--json") == 0
+    assert [design["number"] for design in json.loads(capsys.readouterr().out)["designs"]] == [2]
+    assert run_main("show", str(run.design(7).path)) == 2
+    assert "this run has no design 7; it has: 1, 2" in capsys.readouterr().err
 
 
 def test_tasks_are_listed_with_their_objectives(capsys) -> None:

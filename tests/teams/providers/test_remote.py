@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import base64
 import json
+import re
 import threading
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
+from pydantic import SecretStr
 
 from aidsr.core.calls import CallRecord, Message, Question
 from aidsr.core.errors import ModelError, UserError
 from aidsr.core.model import Model
-from aidsr.teams.providers import Clock, connect
+from aidsr.teams.providers import Clock, Endpoint, connect
 from aidsr.teams.providers.remote import RemoteModel
 from aidsr.teams.providers.tokens import estimate_tokens
 from loopback import Act, Fail, Loopback, Received, Say
@@ -113,6 +116,19 @@ def test_the_words_arrive_unaltered_and_capped(
     assert record.model == name.replace("LOOPBACK", record.model.partition("@")[2])
     assert (record.usage.input_tokens, record.usage.cached_input_tokens, record.usage.output_tokens) == (100, 30, 20)
     assert (record.usage.calls, record.usage.retries, record.failed_attempts) == (1, 0, ())
+
+
+def test_the_provider_for_compatible_servers_in_the_docs_sends_max_tokens() -> None:
+    page = (Path(__file__).parents[3] / "docs" / "add_a_provider.md").read_text()
+    *_, example = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    defined: dict[str, Any] = {}
+    exec(compile(example, "add_a_provider.md", "exec"), defined)
+    provider = defined["PROVIDER"]
+    with Loopback([Say("fine")]) as server:
+        endpoint = Endpoint(provider, name="lab:tiny", argument="tiny", base_url=f"{server.url}/v1", key=SecretStr("k"))
+        provider.connect(endpoint).ask(QUESTION)
+    assert server.requests[0].body["max_tokens"] == 4321
+    assert "max_completion_tokens" not in server.requests[0].body
 
 
 PNG = b"\x89PNG\r\n\x1a\n not much of a picture"

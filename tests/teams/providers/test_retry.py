@@ -105,6 +105,31 @@ def test_attempts_are_bounded(fake_clock: FakeClock) -> None:
     assert fake_clock.slept_s == [1, 2]
 
 
+@pytest.mark.parametrize(
+    ("fail", "cure"),
+    [
+        (Fail(500, "out of memory"), "HTTP 500: out of memory. The service has a fault of its own; try again later"),
+        (Fail(503, "busy"), "HTTP 503: busy. The service has a fault of its own; try again later"),
+        (Fail(429, "slow down"), "HTTP 429: slow down. The service limits its use; try again later"),
+    ],
+)
+def test_the_last_failure_names_a_fix(fake_clock: FakeClock, fail: Fail, cure: str) -> None:
+    with pytest.raises(ModelError) as caught:
+        ask(fake_clock, fail, attempts=1)
+    assert cure in str(caught.value)
+
+
+def test_a_model_that_is_too_slow_names_the_limit(fake_clock: FakeClock) -> None:
+    with pytest.raises(ModelError, match=r"no reply in time\. Raise AIDSR_ATTEMPT_TIMEOUT_S"):
+        ask(fake_clock, Hang(), attempts=1, attempt_timeout_s=0.2)
+
+
+def test_the_fix_is_named_once_where_the_deadline_ends_the_call(fake_clock: FakeClock) -> None:
+    with pytest.raises(ModelError, match=r"no luck\. The service has a fault of its own") as caught:
+        ask(fake_clock, Fail(500), deadline_s=0.5)
+    assert str(caught.value).count("later") == 1
+
+
 def test_an_unreachable_server_is_a_model_error(fake_clock: FakeClock) -> None:
     with Loopback([]) as server:
         url = server.url

@@ -213,6 +213,17 @@ def test_right_scenes_pass(task: str, family: str, variant: str) -> None:
     assert judged(task, idea, robot, scene(task, robot, placement)).passed
 
 
+def test_a_pass_names_the_warnings_of_the_validator() -> None:
+    task = "button_pushing"
+    idea, robot, placement = placed(task, "arm", "two sections")
+    known = {"layer": "simulate", "severity": "warning", "message": "seen"}
+    warnings = tuple(Fault(code=code, **known) for code in ("cable_shared", "only_opens", "cable_shared"))
+    whole = scene(task, robot, placement)
+    answer = judged(task, idea, robot, whole, ValidationReport(stable=True, faults=warnings))
+    assert answer.summary.endswith("base and contact. 3 warnings of the validator: cable_shared, only_opens.")
+    assert "warning" not in judged(task, idea, robot, whole).summary
+
+
 def test_a_short_arm_is_the_designers_fault_and_its_wish_is_understood() -> None:
     idea, _, placement = placed("button_pushing", "arm", "two sections")
     idea = idea.model_copy(update={"parameters": {**idea.parameters, "length_m": 0.2}})

@@ -89,11 +89,10 @@ def design(
     brief = make_brief(
         objective or "", task=task or "", level=level, environment=environment or "", robot=robot or "", goal=goal or ""
     )
-    if dry_run:
+    if config.model != BUILTIN or dry_run:
         check_model(config, config.budget)
         check_memory(config)
         check_trial(config, measured=bool(brief.task or goal))
-    if config.model != BUILTIN or dry_run:
         print_estimate(config, runs)
     if dry_run:
         return 0

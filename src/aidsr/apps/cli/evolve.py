@@ -12,6 +12,10 @@ from aidsr.apps.cli.options import Options, options_for
 from aidsr.apps.cli.spending import Limits
 from aidsr.core.config import RunConfig, run_settings
 
+_NO_LESSONS = (
+    "The built-in rules read no lessons: each generation only searches with another seed. "
+    "Name a language model with --model to use what was measured"
+)
 _SET_HERE = ("task_feedback", "memory", "human")
 """Settings that are not options of `aidsr evolve`, because an evolution sets them itself."""
 if TYPE_CHECKING:
@@ -42,7 +46,7 @@ def evolve(
     budget is used up. To continue a stopped evolution, repeat the command; --generations may then be larger. Exit code
     0: a robot succeeds. 1: none does.
 
-        aidsr evolve --task gap --concepts 2 --generations 3
+        aidsr evolve --task gap --generations 3 --model openai:gpt-5
 
         aidsr evolve --task tunnel --model openai:gpt-5 --train 1 --max-tokens 500000
 
@@ -74,7 +78,7 @@ def evolve(
     from aidsr.evolution import Plan, begin
     from aidsr.evolution import evolve as work_on
     from aidsr.loop.teams import check_effects
-    from aidsr.teams.providers import absolute_name
+    from aidsr.teams.providers import absolute_name, is_offline
 
     if not task and not goal:
         raise UserError("an evolution requires a measure of success; name a task, or give a goal file with --goal")
@@ -91,6 +95,8 @@ def evolve(
         steps=steps,
     )
     evolution = begin(out, plan, environment=environment or "", goal=goal or "")
+    if is_offline(config.model):
+        write(f"{_NO_LESSONS}\n")
     console = make_console()
     try:
         with Lines(console) as lines, Mailbox(console, config.model):

@@ -26,7 +26,7 @@ from aidsr.loop.parts import Parts
 from aidsr.loop.runner import run_designs
 from aidsr.runs import Run, read_status
 from aidsr.runs.event_text import DOING, sentence
-from aidsr.runs.events import Event, StepDone, StepStarted, Tried, read_events
+from aidsr.runs.events import Event, StepDone, StepStarted, Stopped, Tried, read_events
 from aidsr.runs.status import newest
 from aidsr.teams.providers import is_offline
 
@@ -79,6 +79,10 @@ class View(Protocol):
         ...
 
 
+_LONG = ("task_report", "measured_again")
+"""Steps of a run that take minutes without printing anything: the searches, and trainings, of a trial."""
+
+
 class Lines:
     """Display with one line for each event, for log files and pipes."""
 
@@ -94,8 +98,13 @@ class Lines:
         pass
 
     def on_event(self, number: int, event: Event) -> None:
-        """Print the text of the event, if it has one."""
-        text = sentence(event)
+        """Print the text of the event, if it has one, and the beginning of a step that takes minutes.
+
+        Why the run itself stopped is not printed: that error is raised, and the command prints it.
+        """
+        text = "" if isinstance(event, Stopped) and not number else sentence(event)
+        if isinstance(event, StepStarted) and event.step in _LONG:
+            text = DOING[event.step]
         iteration = getattr(event, "iteration", None)
         if text:
             place = (f"design {number}  " if number else "") + (f"iteration {iteration}  " if iteration else "")

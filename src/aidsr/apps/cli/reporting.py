@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from urllib.parse import urlsplit
 
 from rich.console import Console
@@ -59,14 +60,17 @@ def _is_local(model: str) -> bool:
 
 
 def print_status(console: Console, run: Run, status: RunStatus) -> None:
-    """Print a table of the designs, the reasons for failures, the trainings, and the path of the summary page."""
+    """Print a table of the designs, the reasons for failures, the trainings, and the path of the summary page.
+
+    Only the designs in `status` are printed, which may be fewer than those of the run.
+    """
     _print_designs(console, status.designs)
     measured = run.asked().config.team == "measuring"
     for design in status.designs:
         _print_reason(console, design, also_approved=measured)
-    for folder in run.designs:
-        for training in trainings_of(folder):
-            console.print(f"design {folder.number}, {escape(verdict_in_words(training))}", soft_wrap=True)
+    for design in status.designs:
+        for training in trainings_of(run.design(design.number)):
+            console.print(f"design {design.number}, {escape(verdict_in_words(training))}", soft_wrap=True)
     if status.stopped:
         console.print(f"\nStopped: {escape(status.stopped.message)}", soft_wrap=True)
     if run.summary.exists():
@@ -76,11 +80,11 @@ def print_status(console: Console, run: Run, status: RunStatus) -> None:
         console.print(f"{when} with [bold]aidsr resume {escape(str(run.path))}[/]", soft_wrap=True)
 
 
-def print_probes(console: Console, run: Run) -> None:
-    """Print one line for each design that was probed."""
+def print_probes(console: Console, run: Run, status: RunStatus) -> None:
+    """Print one line for each design of a status that was probed."""
     from aidsr.learn.openloop.report import ProbeReport
 
-    for folder in run.designs:
+    for folder in (run.design(design.number) for design in status.designs):
         report = JsonFile(folder.path / "probe.json", ProbeReport).read()
         if report is not None:
             console.print(
@@ -152,13 +156,13 @@ def print_unwrapped(console: Console, table: Table) -> None:
     console.print(table, crop=False)
 
 
-def print_files(console: Console, run: Run) -> None:
-    """Print the files of a run as a tree of relative paths."""
+def print_files(console: Console, folder: Path) -> None:
+    """Print the files in the folder of a run or of a design as a tree of relative paths."""
     from rich.tree import Tree
 
-    root = Tree(f"[bold]{escape(str(run.path))}[/]", guide_style="dim")
-    branches = {run.path: root}
-    for path in sorted(run.path.rglob("*")):
+    root = Tree(f"[bold]{escape(str(folder))}[/]", guide_style="dim")
+    branches = {folder: root}
+    for path in sorted(folder.rglob("*")):
         if not path.name.startswith("."):
             branches[path] = branches[path.parent].add(escape(path.name))
     console.print()

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from aidsr.apps.cli.flag import Flag
+
+if TYPE_CHECKING:
+    from aidsr.runs import Run
 
 
 def show(
@@ -14,9 +18,11 @@ def show(
     json: Flag = False,
     layout: Flag = False,
 ) -> int:
-    """Show the status of a run and the files it holds, or list the runs in a folder.
+    """Show the status of a run, or of one of its designs, and the files it holds, or list the runs in a folder.
 
         aidsr show runs/2026-01-31_1002_button_pushing_7f3a
+
+        aidsr show runs/2026-01-31_1002_button_pushing_7f3a/designs/1
 
         aidsr show runs/2026-01-31_1002_button_pushing_7f3a --json
 
@@ -27,7 +33,7 @@ def show(
     Parameters
     ----------
     run
-        Folder of the run, or a folder of runs.
+        Folder of the run or of a design, or a folder of runs.
     json
         Print the status as JSON.
     layout
@@ -37,7 +43,7 @@ def show(
 
     from aidsr.apps.cli.terminal import make_console, write, write_document
     from aidsr.core.errors import UserError
-    from aidsr.runs import Library, Run, layout_text, read_status
+    from aidsr.runs import Library, layout_text, read_status
 
     if layout:
         write(layout_text() + "\n")
@@ -49,7 +55,10 @@ def show(
 
         print_runs(make_console(), runs)
         return 0
-    status = read_status(Run(run))
+    found, number = _run_and_design(run)
+    status = read_status(found)
+    if number is not None:
+        status = status.model_copy(update={"designs": (status.design(number),)})
     if json:
         write_document(status.model_dump_json(indent=2) + "\n")
         return 0
@@ -57,7 +66,17 @@ def show(
 
     console = make_console()
     console.print(f"[bold]{escape(status.record.task or status.record.objective)}[/]", soft_wrap=True)
-    print_status(console, Run(run), status)
-    print_probes(console, Run(run))
-    print_files(console, Run(run))
+    print_status(console, found, status)
+    print_probes(console, found, status)
+    print_files(console, run)
     return 0
+
+
+def _run_and_design(path: Path) -> tuple[Run, int | None]:
+    """Return the run at a path, and the number of the design if the path is that of a design's folder."""
+    from aidsr.core.numbered import is_number
+    from aidsr.runs import Run
+
+    if path.parent.name == "designs" and is_number(path.name):
+        return Run(path.parent.parent), int(path.name)
+    return Run(path), None

@@ -258,7 +258,7 @@ def print_evaluations(console: Console, evaluations: dict[Path, Evaluation]) -> 
     from aidsr.runs.trainings import Training
 
     table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="dim")
-    for title in ("training", "success", "progress", "valid", "successful"):
+    for title in ("training", "success", "mean best progress", "valid", "successful"):
         table.add_column(title, overflow="fold")
     for folder, evaluation in evaluations.items():
         progress = sum(one.best_progress for one in evaluation.episodes) / len(evaluation.episodes)

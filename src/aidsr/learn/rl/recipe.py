@@ -36,15 +36,21 @@ class Recipe(Artifact):
     Training runs on batched simulations. The defaults are those of PPO. Source: our choice, measured on an arm and a
     crawler (docs/learning.md): many simulations with short rollouts and a high learning rate learn several times faster
     from the same physics than the usual long rollouts.
+
+    A recipe has all fields, whatever its algorithm, and config.json stores them all. "PPO only" and "SAC only" mark the
+    fields that the other algorithm ignores; they are then stored unused.
     """
 
     algorithm: Literal["ppo", "sac"] = "ppo"
+    """PPO is protocol "paper", SAC is protocol "best"."""
     simulations: Annotated[int, Field(ge=1)] = 64
     """Number of parallel simulations."""
     rollout_steps: Annotated[int, Field(ge=1)] = 8
-    """Control steps of each simulation between two updates."""
+    """Control steps of each simulation between two updates. PPO only."""
     batch_size: Annotated[int, Field(ge=2)] = 128
+    """Transitions of one gradient step."""
     epochs: Annotated[int, Field(ge=1)] = 10
+    """Passes through each rollout. PPO only."""
     learning_rate: Annotated[float, Field(gt=0)] = 1e-3
     """Learning rate at the start."""
     final_learning_rate: Annotated[float, Field(gt=0)] = 1e-4
@@ -53,18 +59,22 @@ class Recipe(Artifact):
     gamma: Share = 0.97
     """Discount factor of one control step."""
     gae_lambda: Share = 0.95
+    """Decay of generalized advantage estimation (Schulman et al. 2016). PPO only."""
     clip_range: Annotated[float, Field(gt=0)] = 0.2
+    """Largest change of the probability ratio that an update rewards. PPO only."""
     action_noise_std: Annotated[float, Field(gt=0)] = 0.6
-    """Standard deviation of actions at the start; learned from there on."""
+    """Standard deviation of actions at the start; learned from there on. PPO only."""
     settling_noise_std: Annotated[float, Field(gt=0)] = 3.0
-    """Upper limit of the actions' standard deviation when settling begins. Our choice, see docs/learning.md."""
+    """Upper limit of the actions' standard deviation when settling begins. PPO only. Our choice, see
+    docs/learning.md."""
     final_noise_std: Annotated[float, Field(gt=0)] = 0.2
-    """Upper limit of the actions' standard deviation at the end of the budget, see `aidsr.learn.rl.exploration`."""
+    """Upper limit of the actions' standard deviation at the end of the budget, see `aidsr.learn.rl.exploration`. PPO
+    only."""
     settling: Share = 0.3
-    """Last share of the budget, in which the noise of the policy is reduced; 0 keeps the noise."""
+    """Last share of the budget, in which the noise of the policy is reduced; 0 keeps the noise. PPO only."""
     entropy_bonus: Annotated[float, Field(ge=0)] = 0.01
     """Weight of the policy's entropy in the objective until settling begins. Without it, noise vanishes where it costs
-    progress, and the policy stops improving (docs/learning.md)."""
+    progress, and the policy stops improving (docs/learning.md). PPO only; `entropy_weight` is that of SAC."""
     hidden_sizes: Annotated[tuple[Annotated[int, Field(ge=1, le=4096)], ...], Field(max_length=8)] = (64, 64)
     """Hidden layers of the policy and of the value network, which share no parameters."""
     smoothing: Annotated[float, Field(ge=0, lt=1)] = 0.0
@@ -79,34 +89,36 @@ class Recipe(Artifact):
     addition of this project; the paper trains in the unchanged model."""
     from_probe: bool = False
     """Whether a probe searches for a motion first. PPO begins with imitating it (`aidsr.learn.rl.behavior_cloning`);
-    with SAC, the motion becomes the policy if learning does not beat it (`aidsr.learn.rl.fallback_motion`). An addition
-    of this project; the paper starts without a motion."""
+    with SAC, the motion becomes the policy if learning does not beat it (`aidsr.learn.rl.fallback_motion`), and budgets
+    below `LEAST_SEARCHED` have no search. Set in protocol "best", unless a script replaces the search; the option
+    `from_probe` of a user sets it in "paper". An addition of this project; the paper starts without a motion."""
     script: str = ""
     """Motion that the policy corrects, in the notation of `aidsr.learn.openloop.script`; empty for none. With
     `from_probe` it is the motion that learning did not beat. SAC only. Source: residual policy learning, Silver et al.
     2018."""
     correction: Annotated[float, Field(gt=0, le=2)] = 0.3
-    """Largest change of the script's action by the policy, in either direction, where actions are -1 to 1. Our
-    choice."""
+    """Largest change of the script's action by the policy, in either direction, where actions are -1 to 1. SAC only,
+    with a `script`. Our choice."""
     hold_steps: Annotated[int, Field(ge=1)] = 1
     """Control steps for which an action is held, in training and afterwards. Soft bodies filter out faster changes, and
     a policy has fewer decisions to learn; `gamma` is then the discount factor of one held action."""
     updates: Annotated[int, Field(ge=1)] = 8
-    """Updates after each step of all simulations. This and all fields below apply to SAC only."""
+    """Updates after each step of all simulations. SAC only."""
     target_rate: Annotated[float, Field(gt=0, le=1)] = 0.01
-    """Share by which the target value network moves towards the value network in each update."""
+    """Share by which the target value network moves towards the value network in each update. SAC only."""
     entropy_weight: Annotated[float, Field(gt=0)] = 0.05
-    """Weight of the policy's entropy at the start; learned from there on."""
+    """Weight of the policy's entropy at the start; learned from there on. SAC only."""
     random_steps: Annotated[int, Field(ge=1)] = 4_500
-    """Control steps with random actions before learning begins, at most an eighth of the budget."""
+    """Largest number of control steps with random actions before learning begins; a training makes fewer if these are
+    more than an eighth of its budget, 250 of 2,000. SAC only."""
     noiseless_simulations: Annotated[int, Field(ge=1)] = 8
     """Number of simulations in which the policy acts without noise. Their episodes measure its performance, and it also
-    learns from them."""
+    learns from them. SAC only."""
     overlap_penalty: Annotated[float, Field(ge=0)] = 0.0
-    """Reward taken for each control step in which parts overlap deeply, which no valid policy does; 0: overlap is
-    ignored in training."""
+    """Reward taken for each control step in which parts overlap deeply, which no valid policy does; 0, as with protocol
+    "paper": overlap is ignored in training."""
     stop_hopeless: bool = False
-    """Whether a training ends as soon as it is hopeless, see `is_hopeless`."""
+    """Whether a training ends as soon as it is hopeless, see `is_hopeless`. SAC only."""
 
     @model_validator(mode="before")
     @classmethod

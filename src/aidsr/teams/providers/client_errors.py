@@ -12,6 +12,9 @@ from aidsr.teams.providers.retry import TransientError
 _READING_FUNCTIONS = frozenset({"_process_response", "_finish_response", "_from_response", "raw_decode"})
 """Functions in which pydantic-ai, the client libraries below it and `json` parse a reply. An error raised elsewhere is
 not the server's fault."""
+_BROKEN = "The service has a fault of its own; try again later, a run with `aidsr resume`"
+_LIMITED = "The service limits its use; try again later, a run with `aidsr resume`"
+_TOO_SLOW = "Raise AIDSR_ATTEMPT_TIMEOUT_S if the model is slow"
 _MAX_DETAIL = 300
 """Length to which a provider's message is cut [characters]. Source: our choice; HTML error pages have kilobytes."""
 
@@ -42,11 +45,13 @@ def translate_error(error: Exception, name: str, key_variable: str, keys: Iterab
         case ai.ModelContextWindowExceededError():
             return ModelError(f"the prompt exceeds the context window of {name} ({detail})")
         case ai.ModelRequestTimeout() | ai.ModelTimeoutError() | TimeoutError():
-            return TransientError("no reply in time")
+            return TransientError("no reply in time", cure=_TOO_SLOW)
         case ai.ModelConnectionError():
             return TransientError(f"connection failed: {detail} Check the address, and that the server is running")
-        case ai.ModelRateLimitError() | ai.ModelUnavailableError() | ai.ModelServerError():
-            return TransientError(detail, error.retry_after)
+        case ai.ModelRateLimitError():
+            return TransientError(detail, error.retry_after, cure=_LIMITED)
+        case ai.ModelUnavailableError() | ai.ModelServerError():
+            return TransientError(detail, error.retry_after, cure=_BROKEN)
         case ai.ModelHTTPError(status_code=408 | 409 | 425):
             return TransientError(detail, error.retry_after)
         case ai.ModelHTTPError() | ai.ModelRequestRejectedError() | ai.UserError():

@@ -22,10 +22,15 @@ class TransientError(Exception):
     Attributes:
         retry_after_s: Pause requested by the provider [s]; None if it requested none.
         usage: Billed usage of the attempt, as far as it is known.
+        cure: What a person can do if no attempt succeeds, as a sentence without its full stop; empty if the message
+            says it.
     """
 
-    def __init__(self, message: str, retry_after_s: float | None = None, usage: Usage | None = None) -> None:
+    def __init__(
+        self, message: str, retry_after_s: float | None = None, usage: Usage | None = None, cure: str = ""
+    ) -> None:
         self.retry_after_s = retry_after_s
+        self.cure = cure
         self.usage = usage or Usage()
         super().__init__(message)
 
@@ -96,15 +101,21 @@ def call_with_retries(
         last = FailedAttempt(error=str(failure), waited_s=0.0, usage=failure.usage)
         if len(failed) + 1 >= policy.attempts:
             failed.append(last)
-            raise ModelError(f"{name} gave no reply in {policy.attempts} attempts; the last one failed: {failure}")
+            raise ModelError(
+                f"{name} gave no reply in {policy.attempts} attempts; the last one failed: {_with_cure(failure)}"
+            )
         if clock.now() + wait >= end:
             failed.append(last)
             raise ModelError(
                 f"{name} gave no reply within {policy.deadline_s:g} s; attempt {len(failed)} failed, and the "
-                f"next would have to wait {wait:.0f} s: {failure}"
+                f"next would have to wait {wait:.0f} s: {_with_cure(failure)}"
             )
         failed.append(last.model_copy(update={"waited_s": wait}))
         clock.sleep(wait)
+
+
+def _with_cure(failure: TransientError) -> str:
+    return f"{str(failure).rstrip('.')}. {failure.cure}" if failure.cure else str(failure)
 
 
 def _wait_s(failure: TransientError, failures_before: int, policy: RetryPolicy) -> float:

@@ -50,8 +50,9 @@ class RuleJudge:
 
 
 def _praise(job: Job, report: ValidationReport) -> str:
-    warnings = f" Validator warnings: {len(report.warnings)}." if report.warnings else ""
-    return f"All built-in checks passed (job type: {job.kind}): structure, reach, base and contact.{warnings}"
+    codes = ", ".join(dict.fromkeys(fault.code for fault in report.warnings))
+    warned = f" {counted(len(report.warnings), 'warning')} of the validator: {codes}." if codes else ""
+    return f"All built-in checks passed (job type: {job.kind}): structure, reach, base and contact.{warned}"
 
 
 def _stability(report: ValidationReport) -> Iterator[CritiqueIssue]:
