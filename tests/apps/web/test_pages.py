@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from made import MJCF, SCRIPT, blamed, made_run, made_training
+from made import MJCF, SCRIPT, blamed, concept, made_run, made_training
 from nicegui import app, ui
 from nicegui.elements.upload_files import SmallFileUpload
 from nicegui.storage import Storage
@@ -245,6 +245,45 @@ async def test_a_refinement_is_kept_while_it_is_typed_and_written_as_a_decision(
     decision = run.design(1).iteration(2).decision.read()
     assert decision is not None
     assert (decision.verdict, decision.text) == ("refine", "make it longer")
+
+
+@visiting
+async def test_only_the_iteration_that_waits_asks_for_a_decision(user: User, site: Site) -> None:
+    run = made_run(site.library.path, waiting=True, designs=1)
+    await user.open(f"/run/{run.path.name}/1?iteration=1")
+    await user.should_see("Iteration 2 waits for your decision.")
+    await user.should_not_see("Approve")
+    await user.should_not_see("the Judge passed it")
+    for address in (f"/run/{run.path.name}/1", f"/run/{run.path.name}/1?iteration=2"):
+        await user.open(address)
+        await user.should_see("Approve")
+        await user.should_not_see("Iteration 2 waits for your decision.")
+
+
+@visiting
+async def test_an_earlier_iteration_is_called_the_same_in_heading_breadcrumb_and_browser(
+    user: User, site: Site
+) -> None:
+    run = made_run(site.library.path, designs=1)
+    run.design(1).iteration(2).concept.write(concept("Shorter arm"))
+    for chosen, name in ((1, "1. Arm 1"), (2, "1. Shorter arm")):
+        await user.open(f"/run/{run.path.name}/1?iteration={chosen}")
+        await user.should_see("Changes since iteration 1" if chosen == 2 else "Too soft. Stiffen it.")
+        assert user.client.title == f"{name} · AID-SR"
+        named = [each.text for each in user.client.elements.values() if getattr(each, "text", "").startswith("1. ")]
+        assert named == [name, name], "breadcrumb and heading"
+
+
+@visiting
+async def test_the_page_of_a_design_says_what_it_is_for(user: User, site: Site) -> None:
+    own = "Reach the cup on the shelf and push it 5 cm to the side without touching the wall behind it, then let go."
+    for task, objective, said in (
+        ("reaching/button_pushing", "Press the button.", "Task: button pushing"),
+        ("", own, "Task: Reach the cup on the shelf and push it 5 cm to the side without touching the"),
+    ):
+        run = made_run(site.library.path, task=task, objective=objective, designs=1)
+        await user.open(f"/run/{run.path.name}/1")
+        await user.should_see(said)
 
 
 @visiting
