@@ -344,6 +344,30 @@ def test_on_a_phone_no_cell_of_a_list_is_out_of_sight(runs: Path, server: Server
                 assert place["x"] + place["width"] <= 390, cell.inner_text()
 
 
+def test_on_a_phone_the_header_fits_while_something_waits_and_something_runs(runs: Path, server: Server) -> None:
+    working, waiting = made_run(runs, designs=1), made_run(runs, waiting=True, designs=1)
+    (working.design(1).path / "outcome.json").unlink()
+    with browsing(viewport={"width": 390, "height": 844}) as visitor, EventLog(working.events):
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{waiting.name}/1"))
+        page.get_by_role("link", name="1 waiting for you").wait_for()
+        expect(page.locator(".work-link .running")).to_have_text("1")
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
+        way = page.locator("header nav a:visible").last.bounding_box()
+        assert way
+        assert way["width"] > 50, "some letters of the way back"
+
+
+def test_on_a_phone_a_damaged_run_is_named(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    (run.path / "run.json").write_text("{")
+    with browsing(viewport={"width": 390, "height": 844}) as visitor:
+        page = visitor.new_page()
+        page.goto(server.address())
+        for words in (run.name, "run.json cannot be read"):
+            expect(page.locator("table.runs").get_by_text(words).first).to_be_visible()
+
+
 def test_what_an_interrupted_run_left_off_is_not_at_work(runs: Path, server: Server) -> None:
     run = made_run(runs, designs=1)
     (run.design(1).path / "outcome.json").unlink()
