@@ -97,8 +97,15 @@ def test_a_number_out_of_bounds_is_told_at_its_field(runs: Path, server: Server)
     with browsing() as visitor:
         page = visitor.new_page()
         page.goto(server.address("/new"))
-        page.get_by_label("Number of concepts").fill("99")
-        expect(page.locator(".q-field", has=page.get_by_label("Number of concepts"))).to_contain_text("from 1 to 20")
+        for typed in ("99", "0", "2.5"):
+            page.get_by_label("Number of concepts").fill(typed)
+            page.get_by_role("button", name="Start the run").click()
+            expect(page.locator(".trouble")).to_contain_text("Number of concepts must be a whole number from 1 to 20")
+            field = page.locator(".q-field", has=page.get_by_label("Number of concepts"))
+            expect(field).to_contain_text("a whole number from 1 to 20")
+            assert page.get_by_label("Number of concepts").input_value() == typed, "kept as it was typed"
+            page.get_by_role("button", name="Close this message").click()
+    assert not list(runs.glob("*/run.json"))
 
 
 def test_an_earlier_iteration_has_its_own_title(runs: Path, server: Server) -> None:

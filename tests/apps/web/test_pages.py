@@ -477,8 +477,10 @@ def test_a_form_becomes_an_order_or_a_sentence(tmp_path: Path) -> None:
     order = request_from(site, FRESH | {"concepts": 2.0, "human": False})
     assert (order.task, order.config) == ("reaching/button_pushing", RunConfig(concepts=2))
     for change, sentence in (
-        ({"concepts": None}, "invalid concepts: None; it must be a valid integer"),
-        ({"concepts": 99}, "invalid concepts: 99.*less than or equal to 20"),
+        ({"concepts": None}, "Number of concepts must be a whole number from 1 to 20"),
+        ({"concepts": 0}, "Number of concepts must be a whole number from 1 to 20"),
+        ({"concepts": 2.5}, "Number of concepts must be a whole number from 1 to 20"),
+        ({"max_output_tokens": 100}, "Maximum output tokens per call must be a whole number of at least 256"),
         ({"kind": "language", "model": " "}, "the name of the language model is missing"),
     ):
         with pytest.raises(UserError, match=sentence):
@@ -509,6 +511,8 @@ async def test_a_goal_is_looked_at_when_it_is_given(user: User, site: Site) -> N
     (trouble,) = (each for each in user.client.elements.values() if "trouble" in each.classes)
     assert trouble.parent_slot.parent is fields["Environment (MJCF)"].parent_slot.parent
     assert trouble.parent_slot.parent is not fields["Goal (goal.toml)"].parent_slot.parent
+    await give("Environment (MJCF)", "cut.xml", BELL[:-10])
+    await user.should_see("cut.xml cannot be used: not well-formed XML at line 4", retries=100)
     await give("Environment (MJCF)", "bell.xml", BELL)
     await user.should_see("bell.xml", retries=100)
     await user.should_not_see("cannot be used")
@@ -591,6 +595,8 @@ def test_a_prompt_is_answered_once_and_only_within_the_folder_of_runs(tmp_path: 
     answer(prompt, "first")
     with pytest.raises(UserError, match="already answered"):
         answer(prompt, "second")
+    with pytest.raises(UserError, match=r"the reply has 1,000,001 characters, more than 1,000,000;"):
+        answer(prompt, "x" * 1_000_001)
     assert sorted(path.name for path in outside.iterdir()) == ["0001.prompt.md", "0001.reply.md"]
     assert prompt.reply.read_text() == "first"
 
@@ -644,8 +650,12 @@ def test_what_a_run_will_cost_rests_on_runs_here_and_says_so(tmp_path: Path) -> 
 
 def test_limits_become_a_budget() -> None:
     assert budget_from(FRESH | {"cost_usd": 2.5, "tokens": 5000.0}) == Budget(cost_usd=2.5, tokens=5000)
-    with pytest.raises(UserError, match=r"invalid budget\.cost_usd: 0; it must be greater than 0"):
-        budget_from(FRESH | {"cost_usd": 0})
+    for change, sentence in (
+        ({"cost_usd": 0}, r"Maximum cost of the run \[USD\] must be above 0, or empty for no limit"),
+        ({"tokens": 0.5}, "Maximum tokens of the run must be a whole number above 0, or empty for no limit"),
+    ):
+        with pytest.raises(UserError, match=sentence):
+            budget_from(FRESH | change)
 
 
 def test_a_refinement_may_be_about_one_part() -> None:

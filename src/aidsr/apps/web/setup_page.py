@@ -9,6 +9,7 @@ from typing import Any
 from nicegui import app, ui
 
 from aidsr.apps.web.addresses import run_address
+from aidsr.apps.web.form_values import whole_number, whole_number_field
 from aidsr.apps.web.frame import frame
 from aidsr.apps.web.launch import RunRequest, launch
 from aidsr.apps.web.live import working
@@ -86,9 +87,11 @@ def request_from(site: Site, form: Form) -> RunRequest:
         UserError: An entry is missing or out of bounds.
     """
     budget = budget_from(form) if form["kind"] == "language" else Budget()
-    config = checked_config(
-        {"model": model_name(site, form), "budget": budget, **{name: form[name] for name in SETTINGS}}
-    )
+    settings = {
+        name: whole_number(field.title or name, form[name], **_bounds(name)) if field.annotation is int else form[name]
+        for name, field in SETTINGS.items()
+    }
+    config = checked_config({"model": model_name(site, form), "budget": budget, **settings})
     if form["source"] == "task":
         return RunRequest(config, task=form["task"], level=form["level"], robot=form["robot"])
     return RunRequest(
@@ -157,28 +160,16 @@ def _settings(form: Form, names: Sequence[str]) -> None:
     with box("form"):
         for name in names:
             if SETTINGS[name].annotation is int:
-                within = bounds(SETTINGS[name])
-                field = ui.number(
-                    SETTINGS[name].title,
-                    min=within["ge"],
-                    max=within.get("le"),
-                    step=1,
-                    precision=0,
-                    format="%d",
-                    validation=partial(_complaint, within),
-                )
-                field.props("outlined dense").bind_value(form, name)
+                whole_number_field(SETTINGS[name].title or name, **_bounds(name)).bind_value(form, name)
     for name in names:
         if SETTINGS[name].annotation is bool:
             ui.switch(SETTINGS[name].title or name).bind_value(form, name)
 
 
-def _complaint(within: dict[str, Any], number: float | None) -> str | None:
-    """Return what is wrong with a number; None where it is valid."""
-    low, high = within["ge"], within.get("le")
-    if number is None or number < low or (high is not None and number > high):
-        return f"from {low} to {high}" if high is not None else f"at least {low}"
-    return None
+def _bounds(name: str) -> dict[str, int]:
+    """Return the bounds of a whole-number setting, as arguments of `whole_number`."""
+    within = bounds(SETTINGS[name])
+    return {"least": int(within["ge"]), **({"most": int(within["le"])} if "le" in within else {})}
 
 
 def _start(site: Site, form: Form, objective: ui.textarea) -> None:
