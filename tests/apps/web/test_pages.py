@@ -480,7 +480,10 @@ def test_a_form_becomes_an_order_or_a_sentence(tmp_path: Path) -> None:
         ({"concepts": None}, "Number of concepts must be a whole number from 1 to 20"),
         ({"concepts": 0}, "Number of concepts must be a whole number from 1 to 20"),
         ({"concepts": 2.5}, "Number of concepts must be a whole number from 1 to 20"),
-        ({"max_output_tokens": 100}, "Maximum output tokens per call must be a whole number of at least 256"),
+        (
+            {"kind": "manual", "max_output_tokens": 100},
+            "Maximum output tokens per call must be a whole number of at least 256",
+        ),
         ({"kind": "language", "model": " "}, "the name of the language model is missing"),
     ):
         with pytest.raises(UserError, match=sentence):
@@ -495,6 +498,27 @@ BELL = """<mujoco model="bell"><worldbody>
   <geom name="floor" type="plane" size="1 1 0.05"/><site name="mount" pos="0 0 0.5" euler="180 0 0"/>
   <body name="bell" pos="0.13 0 0.28"><geom name="bell" size="0.03"/></body>
 </worldbody></mujoco>"""
+
+
+@visiting
+async def test_only_settings_that_apply_to_the_designer_are_shown_and_used(user: User, site: Site) -> None:
+    rules = {"Seed of the built-in rules"}
+    model = {"Maximum output tokens per call", "Show pictures to the Judge"}
+    await user.open("/new")
+    for kind, name in (("builtin", "Built-in rules"), ("language", "A language model"), ("manual", "By hand")):
+        press(user, name)
+        seen, hidden = (rules, model) if kind == "builtin" else (model, rules)
+        for label in seen:
+            await user.should_see(label)
+        for label in hidden:
+            await user.should_not_see(label)
+        form = FRESH | {"kind": kind, "model": "ollama:made", "seed": 7, "max_output_tokens": 100}
+        if kind == "builtin":
+            config = request_from(site, form | {"judge_pictures": True}).config
+            assert (config.seed, config.max_output_tokens, config.judge_pictures) == (7, 20_000, False)
+        else:
+            config = request_from(site, form | {"max_output_tokens": 500, "judge_pictures": True}).config
+            assert (config.seed, config.max_output_tokens, config.judge_pictures) == (0, 500, True)
 
 
 @visiting
