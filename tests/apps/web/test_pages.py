@@ -23,6 +23,7 @@ from nicegui.testing.user_interaction import UserInteraction
 
 from aidsr.apps.web.comparison import comparison_column
 from aidsr.apps.web.designs_page import design_row
+from aidsr.apps.web.goal_form import named_joints
 from aidsr.apps.web.live import working
 from aidsr.apps.web.manual_panel import answer, prompts_of
 from aidsr.apps.web.mjcf_text import difference, highlighted
@@ -31,6 +32,7 @@ from aidsr.apps.web.pages import add_pages
 from aidsr.apps.web.review_panel import part_names, refinement
 from aidsr.apps.web.setup_page import FRESH, request_from
 from aidsr.apps.web.site import Site
+from aidsr.apps.web.upload import ENVIRONMENT
 from aidsr.core.artifacts import (
     Critique,
     CritiqueIssue,
@@ -47,6 +49,7 @@ from aidsr.runs import EventLog
 from aidsr.runs.events import Started, Stopped
 from aidsr.runs.files import replace_file
 from aidsr.runs.trainings import Inspection, trainings_of
+from aidsr.sim.environment_summary import summarize_environment
 from aidsr.teams.providers.manual import pending_prompts
 
 
@@ -554,6 +557,14 @@ async def test_a_goal_is_looked_at_when_it_is_given(user: User, site: Site) -> N
         form = dict(app.storage.user["setup"])
     order = request_from(site, form | {"source": "words", "objective": "Ring it."})
     assert (order.environment, order.goal) == (BELL, 'kind = "touch"\ntarget = "bell"')
+
+
+def test_of_an_environment_only_what_a_goal_can_name_is_counted_and_listed() -> None:
+    loose = BELL.replace('pos="0.13 0 0.28">', 'pos="0.13 0 0.28"><freejoint/>').replace(
+        "</worldbody>", '<body name="knob"><joint name="pin" type="hinge"/><geom size="0.01"/></body></worldbody>'
+    )
+    assert ("bodies", "2") in ENVIRONMENT.look(loose, {}), "without the world"
+    assert named_joints(loose, summarize_environment(loose)) == ["pin: hinge about 0 0 1"]
 
 
 @visiting

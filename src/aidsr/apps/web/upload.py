@@ -104,7 +104,8 @@ def _environment(content: str, _form: Form) -> Facts:
 
     summary = summarize_environment(content)
     mounts = ", ".join(mount.name for mount in summary.mounts) or "none (world only)"
-    return (("mounts", mounts), ("bodies", str(len(summary.bodies))), ("sensors", str(len(summary.sensors))))
+    bodies = sum(body.name != "world" for body in summary.bodies)
+    return (("mounts", mounts), ("bodies", str(bodies)), ("sensors", str(len(summary.sensors))))
 
 
 def _robot(content: str, _form: Form) -> Facts:
