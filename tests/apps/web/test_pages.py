@@ -185,9 +185,17 @@ async def test_a_larger_budget_starts_from_the_present_one_and_waits_for_the_oth
 @visiting
 async def test_an_address_that_leads_nowhere_says_so(user: User, site: Site) -> None:
     made = made_run(site.library.path)
-    for address in ("/run/nowhere", f"/run/{made.path.name}/9"):
+    await user.open("/run/nowhere")
+    await user.should_see("Page not found")
+    for address in (f"/run/{made.path.name}/9", f"/run/{made.path.name}/9/export"):
         await user.open(address)
-        await user.should_see("Page not found")
+        await user.should_see("No design 9")
+        await user.should_see(f"{made.name} has no design 9; it has: 1, 2, 3")
+    (made.path / "run.json").write_text("{")
+    for address in (f"/run/{made.path.name}", f"/run/{made.path.name}/1", f"/run/{made.path.name}/1/export"):
+        await user.open(address)
+        await user.should_see("This run cannot be read")
+        await user.should_see("run.json cannot be read")
 
 
 @visiting

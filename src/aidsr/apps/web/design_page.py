@@ -16,7 +16,7 @@ from aidsr.apps.web.mjcf_panel import mjcf_panel
 from aidsr.apps.web.probe_panel import probe_panel
 from aidsr.apps.web.recorded_episodes import Motion, Stage, list_motions
 from aidsr.apps.web.review_panel import Draft, part_names, review_panel
-from aidsr.apps.web.run_page import concept_in_words, not_found
+from aidsr.apps.web.run_page import cannot_open, concept_in_words
 from aidsr.apps.web.scene_panel import show_scene, target_of
 from aidsr.apps.web.site import DesignView, Shown, Site, state_of
 from aidsr.apps.web.training_panel import training_panel
@@ -109,7 +109,7 @@ def add_design_page(site: Site) -> None:
             page = _Page(site, run, folder, iteration, Stage())
             name_now, task = page.title(), site.view(run).title
         except AidsrError as error:
-            not_found(error)
+            cannot_open(site, name, error, number=number)
             return
         with frame(name_now, *site.way_to(name), (task, run_address(name)), site=site):
             with box("stack"):
