@@ -93,6 +93,20 @@ def test_quit_asks_first_and_an_error_stands_once_beside_its_button(runs: Path, 
         assert decision.verdict == "quit"
 
 
+def test_a_hint_does_not_cover_the_error_that_its_button_brings(runs: Path, server: Server) -> None:
+    run = made_run(runs, waiting=True, designs=1)
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{run.name}/1"))
+        button = page.get_by_role("button", name="Refine")
+        button.hover()
+        hint = page.get_by_text("Sends your text to the Designer")
+        expect(hint).to_be_visible()
+        button.click()
+        expect(page.locator(".trouble")).to_contain_text("a refinement needs text")
+        expect(hint).to_be_hidden()
+
+
 def test_a_number_out_of_bounds_is_told_at_its_field(runs: Path, server: Server) -> None:
     with browsing() as visitor:
         page = visitor.new_page()
