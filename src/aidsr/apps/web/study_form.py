@@ -10,7 +10,7 @@ from nicegui import app, ui
 from aidsr.apps.web.addresses import study_address
 from aidsr.apps.web.form_values import limit, limit_field, whole_number, whole_number_field
 from aidsr.apps.web.frame import frame
-from aidsr.apps.web.live import working
+from aidsr.apps.web.live import live, working
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.studies import JOBS
 from aidsr.apps.web.widgets import box, button, fact, text
@@ -163,17 +163,8 @@ def _how(form: Form) -> None:
 
 
 def _start(site: Site, form: Form) -> None:
-    with box("stack", aria_live="polite") as forecast:
-        pass
-
-    def estimated() -> tuple[StudyEstimate, int]:
-        found = asked(site, {**form, "name": form["name"] or "estimated only"})
-        return estimate_study(found.study), found.jobs
-
-    def show(found: tuple[StudyEstimate, int]) -> None:
-        forecast.clear()
-        with forecast:
-            _forecast(*found)
+    with box("stack", aria_live="polite"):
+        live(lambda: _estimated(site, form), _forecast, first=tuple)
 
     def begin() -> str:
         found = asked(site, form)
@@ -192,10 +183,25 @@ def _start(site: Site, form: Form) -> None:
 
     with box("row"):
         go = button("Start the study", lambda: working(go, begin, opened), "primary", "play_arrow")
-        say = button("Estimate", lambda: working(say, estimated, show), "quiet", "schedule")
 
 
-def _forecast(found: StudyEstimate, jobs: int) -> None:
+def _estimated(site: Site, form: Form) -> tuple[tuple[StudyEstimate, int], ...]:
+    """Return the estimated effort of the study in a form and the number of parallel jobs; empty while it is incomplete.
+
+    What it lacks is told when the study is started.
+    """
+    try:
+        found = asked(site, {**form, "name": "estimated only"})
+        return ((estimate_study(found.study), found.jobs),)
+    except UserError:
+        return ()
+
+
+def _forecast(estimated: tuple[tuple[StudyEstimate, int], ...]) -> None:
+    if not estimated:
+        return
+    ((found, jobs),) = estimated
+    text("Estimated effort", "label")
     with box("facts"):
         for stage, number in found.jobs.items():
             if number:
