@@ -100,6 +100,10 @@ async def test_an_empty_home_explains_itself(user: User, site: Site) -> None:
     await user.should_see("No runs yet")
     await user.should_see("Three robots that push a button")
     await user.should_see("Ring a bell (custom task)")
+    await user.open("/designs")
+    await user.should_see("There are no designs yet.")
+    await user.should_not_see("0 of 4 selected")
+    await user.open("/")
     user.find("Set up a run").click()
     await user.should_see("Settings")
 
@@ -348,7 +352,11 @@ async def test_a_trained_design_is_shown_and_a_persons_word_kept(user: User, sit
     replace_file(said, b"trained already")
     replace_file(noted, b'{"pid": 0}')
     os.utime(noted, (1, 1))
+    await user.open("/designs")
+    await user.should_see("0 of 4 selected")
     await user.open(f"/run/{run.path.name}/1")
+    labels = [each.text for each in user.client.elements.values() if "key" in each.classes]
+    assert labels[:2] == ["held-out success", "policy"]
     user.find("Training").click()
     for said in ("3 of 4", "2,000 of 4,000", "energy kept", "There is no video", "Replay best"):
         await user.should_see(said)

@@ -158,6 +158,7 @@ def _head(facts: tuple[DesignView, str, int]) -> None:
             if design.held_out:
                 won, episodes = design.held_out
                 fact("held-out success", f"{won} of {episodes}")
+                fact("policy", "successful" if design.successful else "valid" if design.valid else "not valid")
             fact("family", status.family)
             fact("iterations", str(status.iteration))
             fact("time", format_duration(status.latency_s))
