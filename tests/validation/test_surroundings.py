@@ -25,7 +25,8 @@ def beside(text: str, *others: str) -> str:
 def test_an_object_to_play_with_is_no_part_of_the_robot(thing: str) -> None:
     alone, with_it = validate(beside(arm(), FLOOR)), validate(beside(arm(), FLOOR, thing))
     assert with_it.faults == alone.faults == ()
-    assert with_it.measurements["characteristic_length_m"] == alone.measurements["characteristic_length_m"]
+    for measured in ("characteristic_length_m", "degrees_of_freedom"):
+        assert with_it.measurements[measured] == alone.measurements[measured]
 
 
 def test_a_fixed_body_without_joints_is_a_warning() -> None:

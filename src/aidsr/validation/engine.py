@@ -204,7 +204,7 @@ def make_report(
 
 
 def measure_model(robot: RobotUnderTest) -> dict[str, Any]:
-    """Return counts and sizes of the model, and the position of the functional part in the world if it has one [m]."""
+    """Return counts and sizes of the robot, and the position of its functional part in the world if it has one [m]."""
     structure, site = robot.structure, mujoco.mj_name2id(robot.model, mujoco.mjtObj.mjOBJ_SITE, FUNCTIONAL_SITE)
     found = {
         "characteristic_length_m": structure.characteristic_length_m,
@@ -213,7 +213,7 @@ def measure_model(robot: RobotUnderTest) -> dict[str, Any]:
         "tendons": len(structure.tendons),
         "actuators": len(structure.actuators),
         "sensors": len(structure.sensors),
-        "degrees_of_freedom": robot.model.nv,
+        "degrees_of_freedom": int(np.isin(robot.model.dof_bodyid, structure.bodies).sum()),
         "timestep_s": float(robot.model.opt.timestep),
     }
     return found if site < 0 else {**found, "functional_part_m": np.round(robot.drawn.site_xpos[site], 6).tolist()}

@@ -93,12 +93,33 @@ def test_quit_asks_first_and_an_error_stands_once_beside_its_button(runs: Path, 
         assert decision.verdict == "quit"
 
 
+def test_a_hint_does_not_cover_the_error_that_its_button_brings(runs: Path, server: Server) -> None:
+    run = made_run(runs, waiting=True, designs=1)
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{run.name}/1"))
+        button = page.get_by_role("button", name="Refine")
+        button.hover()
+        hint = page.get_by_text("Sends your text to the Designer")
+        expect(hint).to_be_visible()
+        button.click()
+        expect(page.locator(".trouble")).to_contain_text("a refinement needs text")
+        expect(hint).to_be_hidden()
+
+
 def test_a_number_out_of_bounds_is_told_at_its_field(runs: Path, server: Server) -> None:
     with browsing() as visitor:
         page = visitor.new_page()
         page.goto(server.address("/new"))
-        page.get_by_label("Number of concepts").fill("99")
-        expect(page.locator(".q-field", has=page.get_by_label("Number of concepts"))).to_contain_text("from 1 to 20")
+        for typed in ("99", "0", "2.5"):
+            page.get_by_label("Number of concepts").fill(typed)
+            page.get_by_role("button", name="Start the run").click()
+            expect(page.locator(".trouble")).to_contain_text("Number of concepts must be a whole number from 1 to 20")
+            field = page.locator(".q-field", has=page.get_by_label("Number of concepts"))
+            expect(field).to_contain_text("a whole number from 1 to 20")
+            assert page.get_by_label("Number of concepts").input_value() == typed, "kept as it was typed"
+            page.get_by_role("button", name="Close this message").click()
+    assert not list(runs.glob("*/run.json"))
 
 
 def test_an_earlier_iteration_has_its_own_title(runs: Path, server: Server) -> None:
@@ -342,6 +363,30 @@ def test_on_a_phone_no_cell_of_a_list_is_out_of_sight(runs: Path, server: Server
                 place = cell.bounding_box()
                 assert place
                 assert place["x"] + place["width"] <= 390, cell.inner_text()
+
+
+def test_on_a_phone_the_header_fits_while_something_waits_and_something_runs(runs: Path, server: Server) -> None:
+    working, waiting = made_run(runs, designs=1), made_run(runs, waiting=True, designs=1)
+    (working.design(1).path / "outcome.json").unlink()
+    with browsing(viewport={"width": 390, "height": 844}) as visitor, EventLog(working.events):
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{waiting.name}/1"))
+        page.get_by_role("link", name="1 waiting for you").wait_for()
+        expect(page.locator(".work-link .running")).to_have_text("1")
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
+        way = page.locator("header nav a:visible").last.bounding_box()
+        assert way
+        assert way["width"] > 50, "some letters of the way back"
+
+
+def test_on_a_phone_a_damaged_run_is_named(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    (run.path / "run.json").write_text("{")
+    with browsing(viewport={"width": 390, "height": 844}) as visitor:
+        page = visitor.new_page()
+        page.goto(server.address())
+        for words in (run.name, "run.json cannot be read"):
+            expect(page.locator("table.runs").get_by_text(words).first).to_be_visible()
 
 
 def test_what_an_interrupted_run_left_off_is_not_at_work(runs: Path, server: Server) -> None:

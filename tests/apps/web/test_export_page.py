@@ -108,7 +108,7 @@ async def test_only_an_approved_design_is_exported(user: User, site: Site) -> No
     await user.open(f"/run/{run.path.name}/1/export")
     await user.should_see("A design can be exported once it is approved.")
     await user.open(f"/run/{run.path.name}/7/export")
-    await user.should_see("Page not found")
+    await user.should_see("No design 7")
 
 
 def drawn(site: Site, run: Run, state: State) -> str:

@@ -23,6 +23,7 @@ from nicegui.testing.user_interaction import UserInteraction
 
 from aidsr.apps.web.comparison import comparison_column
 from aidsr.apps.web.designs_page import design_row
+from aidsr.apps.web.goal_form import named_joints
 from aidsr.apps.web.live import working
 from aidsr.apps.web.manual_panel import answer, prompts_of
 from aidsr.apps.web.mjcf_text import difference, highlighted
@@ -51,6 +52,7 @@ from aidsr.runs import EventLog
 from aidsr.runs.events import Started, Stopped
 from aidsr.runs.files import replace_file
 from aidsr.runs.trainings import Inspection, read_curve, trainings_of, without_tests
+from aidsr.sim.environment_summary import summarize_environment
 from aidsr.teams.providers.manual import pending_prompts
 
 
@@ -101,6 +103,10 @@ async def test_an_empty_home_explains_itself(user: User, site: Site) -> None:
     await user.should_see("No runs yet")
     await user.should_see("Three robots that push a button")
     await user.should_see("Ring a bell (custom task)")
+    await user.open("/designs")
+    await user.should_see("There are no designs yet.")
+    await user.should_not_see("0 of 4 selected")
+    await user.open("/")
     user.find("Set up a run").click()
     await user.should_see("Settings")
 
@@ -186,9 +192,17 @@ async def test_a_larger_budget_starts_from_the_present_one_and_waits_for_the_oth
 @visiting
 async def test_an_address_that_leads_nowhere_says_so(user: User, site: Site) -> None:
     made = made_run(site.library.path)
-    for address in ("/run/nowhere", f"/run/{made.path.name}/9"):
+    await user.open("/run/nowhere")
+    await user.should_see("Page not found")
+    for address in (f"/run/{made.path.name}/9", f"/run/{made.path.name}/9/export"):
         await user.open(address)
-        await user.should_see("Page not found")
+        await user.should_see("No design 9")
+        await user.should_see(f"{made.name} has no design 9; it has: 1, 2, 3")
+    (made.path / "run.json").write_text("{")
+    for address in (f"/run/{made.path.name}", f"/run/{made.path.name}/1", f"/run/{made.path.name}/1/export"):
+        await user.open(address)
+        await user.should_see("This run cannot be read")
+        await user.should_see("run.json cannot be read")
 
 
 @visiting
@@ -283,6 +297,45 @@ def test_an_uploaded_environment_tells_where_a_robot_will_point(turned: str, tol
     site = f'<site name="mount_stand" pos="0 0 0.7"{turned}/>'
     facts = dict(ENVIRONMENT.look(f"<mujoco><worldbody>{site}</worldbody></mujoco>", {}))
     assert told in facts["mounts"]
+
+
+@visiting
+async def test_only_the_iteration_that_waits_asks_for_a_decision(user: User, site: Site) -> None:
+    run = made_run(site.library.path, waiting=True, designs=1)
+    await user.open(f"/run/{run.path.name}/1?iteration=1")
+    await user.should_see("Iteration 2 waits for your decision.")
+    await user.should_not_see("Approve")
+    await user.should_not_see("the Judge passed it")
+    for address in (f"/run/{run.path.name}/1", f"/run/{run.path.name}/1?iteration=2"):
+        await user.open(address)
+        await user.should_see("Approve")
+        await user.should_not_see("Iteration 2 waits for your decision.")
+
+
+@visiting
+async def test_an_earlier_iteration_is_called_the_same_in_heading_breadcrumb_and_browser(
+    user: User, site: Site
+) -> None:
+    run = made_run(site.library.path, designs=1)
+    run.design(1).iteration(2).concept.write(concept("Shorter arm"))
+    for chosen, name in ((1, "1. Arm 1"), (2, "1. Shorter arm")):
+        await user.open(f"/run/{run.path.name}/1?iteration={chosen}")
+        await user.should_see("Changes since iteration 1" if chosen == 2 else "Too soft. Stiffen it.")
+        assert user.client.title == f"{name} · AID-SR"
+        named = [each.text for each in user.client.elements.values() if getattr(each, "text", "").startswith("1. ")]
+        assert named == [name, name], "breadcrumb and heading"
+
+
+@visiting
+async def test_the_page_of_a_design_says_what_it_is_for(user: User, site: Site) -> None:
+    own = "Reach the cup on the shelf and push it 5 cm to the side without touching the wall behind it, then let go."
+    for task, objective, said in (
+        ("reaching/button_pushing", "Press the button.", "Task: button pushing"),
+        ("", own, "Task: Reach the cup on the shelf and push it 5 cm to the side without touching the"),
+    ):
+        run = made_run(site.library.path, task=task, objective=objective, designs=1)
+        await user.open(f"/run/{run.path.name}/1")
+        await user.should_see(said)
 
 
 @visiting
@@ -446,7 +499,11 @@ async def test_a_trained_design_is_shown_and_a_persons_word_kept(user: User, sit
     replace_file(said, b"trained already")
     replace_file(noted, b'{"pid": 0}')
     os.utime(noted, (1, 1))
+    await user.open("/designs")
+    await user.should_see("0 of 4 selected")
     await user.open(f"/run/{run.path.name}/1")
+    labels = [each.text for each in user.client.elements.values() if "key" in each.classes]
+    assert labels[:2] == ["held-out success", "policy"]
     user.find("Training").click()
     for said in ("3 of 4", "2,000 of 4,000", "energy kept", "There is no video", "Replay best"):
         await user.should_see(said)
@@ -668,8 +725,13 @@ def test_a_form_becomes_an_order_or_a_sentence(tmp_path: Path) -> None:
     order = request_from(site, FRESH | {"concepts": 2.0, "human": False})
     assert (order.task, order.config) == ("reaching/button_pushing", RunConfig(concepts=2))
     for change, sentence in (
-        ({"concepts": None}, "invalid concepts: None; it must be a valid integer"),
-        ({"concepts": 99}, "invalid concepts: 99.*less than or equal to 20"),
+        ({"concepts": None}, "Number of concepts must be a whole number from 1 to 20"),
+        ({"concepts": 0}, "Number of concepts must be a whole number from 1 to 20"),
+        ({"concepts": 2.5}, "Number of concepts must be a whole number from 1 to 20"),
+        (
+            {"kind": "manual", "max_output_tokens": 100},
+            "Maximum output tokens per call must be a whole number of at least 256",
+        ),
         ({"kind": "language", "model": " "}, "the name of the language model is missing"),
     ):
         with pytest.raises(UserError, match=sentence):
@@ -687,6 +749,27 @@ BELL = """<mujoco model="bell"><worldbody>
 
 
 @visiting
+async def test_only_settings_that_apply_to_the_designer_are_shown_and_used(user: User, site: Site) -> None:
+    rules = {"Seed of the built-in rules"}
+    model = {"Maximum output tokens per call", "Show pictures to the Judge"}
+    await user.open("/new")
+    for kind, name in (("builtin", "Built-in rules"), ("language", "A language model"), ("manual", "By hand")):
+        press(user, name)
+        seen, hidden = (rules, model) if kind == "builtin" else (model, rules)
+        for label in seen:
+            await user.should_see(label)
+        for label in hidden:
+            await user.should_not_see(label)
+        form = FRESH | {"kind": kind, "model": "ollama:made", "seed": 7, "max_output_tokens": 100}
+        if kind == "builtin":
+            config = request_from(site, form | {"judge_pictures": True}).config
+            assert (config.seed, config.max_output_tokens, config.judge_pictures) == (7, 20_000, False)
+        else:
+            config = request_from(site, form | {"max_output_tokens": 500, "judge_pictures": True}).config
+            assert (config.seed, config.max_output_tokens, config.judge_pictures) == (0, 500, True)
+
+
+@visiting
 async def test_a_goal_is_looked_at_when_it_is_given(user: User, site: Site) -> None:
     await user.open("/new")
     user.find("Custom task").click()
@@ -700,6 +783,8 @@ async def test_a_goal_is_looked_at_when_it_is_given(user: User, site: Site) -> N
     (trouble,) = (each for each in user.client.elements.values() if "trouble" in each.classes)
     assert trouble.parent_slot.parent is fields["Environment (MJCF)"].parent_slot.parent
     assert trouble.parent_slot.parent is not fields["Goal (goal.toml)"].parent_slot.parent
+    await give("Environment (MJCF)", "cut.xml", BELL[:-10])
+    await user.should_see("cut.xml cannot be used: not well-formed XML at line 4", retries=100)
     await give("Environment (MJCF)", "bell.xml", BELL)
     await user.should_see("bell.xml", retries=100)
     await user.should_not_see("cannot be used")
@@ -717,6 +802,14 @@ async def test_a_goal_is_looked_at_when_it_is_given(user: User, site: Site) -> N
         form = dict(app.storage.user["setup"])
     order = request_from(site, form | {"source": "words", "objective": "Ring it."})
     assert (order.environment, order.goal) == (BELL, 'kind = "touch"\ntarget = "bell"')
+
+
+def test_of_an_environment_only_what_a_goal_can_name_is_counted_and_listed() -> None:
+    loose = BELL.replace('pos="0.13 0 0.28">', 'pos="0.13 0 0.28"><freejoint/>').replace(
+        "</worldbody>", '<body name="knob"><joint name="pin" type="hinge"/><geom size="0.01"/></body></worldbody>'
+    )
+    assert ("bodies", "2") in ENVIRONMENT.look(loose, {}), "without the world"
+    assert named_joints(loose, summarize_environment(loose)) == ["pin: hinge about 0 0 1"]
 
 
 @visiting
@@ -782,6 +875,8 @@ def test_a_prompt_is_answered_once_and_only_within_the_folder_of_runs(tmp_path: 
     answer(prompt, "first")
     with pytest.raises(UserError, match="already answered"):
         answer(prompt, "second")
+    with pytest.raises(UserError, match=r"the reply has 1,000,001 characters, more than 1,000,000;"):
+        answer(prompt, "x" * 1_000_001)
     assert sorted(path.name for path in outside.iterdir()) == ["0001.prompt.md", "0001.reply.md"]
     assert prompt.reply.read_text() == "first"
 
@@ -835,8 +930,12 @@ def test_what_a_run_will_cost_rests_on_runs_here_and_says_so(tmp_path: Path) -> 
 
 def test_limits_become_a_budget() -> None:
     assert budget_from(FRESH | {"cost_usd": 2.5, "tokens": 5000.0}) == Budget(cost_usd=2.5, tokens=5000)
-    with pytest.raises(UserError, match=r"invalid budget\.cost_usd: 0; it must be greater than 0"):
-        budget_from(FRESH | {"cost_usd": 0})
+    for change, sentence in (
+        ({"cost_usd": 0}, r"Maximum cost of the run \[USD\] must be above 0, or empty for no limit"),
+        ({"tokens": 0.5}, "Maximum tokens of the run must be a whole number above 0, or empty for no limit"),
+    ):
+        with pytest.raises(UserError, match=sentence):
+            budget_from(FRESH | change)
 
 
 def test_a_refinement_may_be_about_one_part() -> None:

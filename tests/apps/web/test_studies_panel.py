@@ -188,6 +188,7 @@ def test_a_form_says_by_which_protocol_policies_are_trained(tmp_path: Path, prot
         ({"seeds": 2.7}, "Policies per design must be a whole number of at least 0"),
         ({"designs": 4}, "not a multiple of 3 concepts per run; use 3 or 6 designs"),
         ({"models": []}, "no model is selected"),
+        ({"tokens": 0}, "Maximum tokens must be a whole number above 0"),
     ],
 )
 def test_what_a_form_lacks_is_said(tmp_path: Path, changed: dict[str, object], complaint: str) -> None:

@@ -16,7 +16,7 @@ from aidsr.apps.web.mjcf_panel import mjcf_panel
 from aidsr.apps.web.probe_panel import probe_panel
 from aidsr.apps.web.recorded_episodes import Motion, Stage, list_motions
 from aidsr.apps.web.review_panel import Draft, part_names, review_panel
-from aidsr.apps.web.run_page import concept_in_words, not_found
+from aidsr.apps.web.run_page import cannot_open, concept_in_words
 from aidsr.apps.web.scene_panel import show_scene, target_of
 from aidsr.apps.web.site import DesignView, Shown, Site, state_of
 from aidsr.apps.web.training_panel import training_panel
@@ -78,10 +78,18 @@ class _Page:
     def titled(self) -> tuple[str, str, int, int, int]:
         """Return title, state, selected iteration, iteration that the design stands at, and warnings at the latter."""
         design, shown, number = self.read()
-        status = design.status
-        concept = attempted(self.folder, number).concept if number else None
-        title = f"{status.number}. {concept.name if concept else status.concept}"
-        return title, state_of(shown, design), number, status.stands_at, design.warnings
+        return self.title(), state_of(shown, design), number, design.status.stands_at, design.warnings
+
+    def title(self) -> str:
+        """Return the number of the design and the name of its concept at the selected iteration."""
+        design, _, number = self.read()
+        concept = newest(iteration.concept.read() for iteration in self.folder.leading_to(number))
+        return f"{self.folder.number}. {concept.name if concept else design.status.concept}"
+
+    def awaited(self) -> tuple[int, int]:
+        """Return the selected iteration, and the one that waits for a decision; 0 for none."""
+        design, _, number = self.read()
+        return number, design.status.stands_at if design.status.state == "waiting" else 0
 
     def seen(self) -> tuple[int, bool, bool, tuple[Motion, ...]]:
         """Return the selected iteration, whether its scene is validated and has a picture, and the recorded motions."""
@@ -99,16 +107,16 @@ def add_design_page(site: Site) -> None:
         try:
             run, folder = site.design(name, number)
             page = _Page(site, run, folder, iteration, Stage())
-            design, _, _ = page.read()
-            title = site.view(run).title
+            name_now, task = page.title(), site.view(run).title
         except AidsrError as error:
-            not_found(error)
+            cannot_open(site, name, error, number=number)
             return
-        with frame(f"{number}. {design.status.concept}", *site.way_to(name), (title, run_address(name)), site=site):
+        with frame(name_now, *site.way_to(name), (task, run_address(name)), site=site):
             with box("stack"):
                 with box("row apart top"):
                     live(page.titled, _title)
                     live(lambda: page.read()[0].status.outcome, partial(_actions, page))
+                text(f"Task: {task}", "soft", "p")
                 live(page.read, _head)
             with box("split beside"):
                 with box("stack wide"):
@@ -116,7 +124,7 @@ def add_design_page(site: Site) -> None:
                     with box("stack wide iterations"):
                         live(page.read, partial(_iterations, page))
                 with box("stack wide"):
-                    live(partial(_awaited, page), partial(_review, page))
+                    live(page.awaited, partial(_review, page))
                     with box("stack wide tabs"):
                         _tabs(page, tab)
 
@@ -150,6 +158,7 @@ def _head(facts: tuple[DesignView, str, int]) -> None:
             if design.held_out:
                 won, episodes = design.held_out
                 fact("held-out success", f"{won} of {episodes}")
+                fact("policy", "successful" if design.successful else "valid" if design.valid else "not valid")
             fact("family", status.family)
             fact("iterations", str(status.iteration))
             fact("time", format_duration(status.latency_s))
@@ -232,14 +241,14 @@ def _picture(page: _Page, number: int) -> str:
     return file_address(page.run.name, picture)
 
 
-def _awaited(page: _Page) -> int:
-    """Return the number of the iteration that waits for a decision; 0 for none."""
-    design = page.read()[0]
-    return design.status.stands_at if design.status.state == "waiting" else 0
-
-
-def _review(page: _Page, number: int) -> None:
-    if not number:
+def _review(page: _Page, numbers: tuple[int, int]) -> None:
+    number, waiting = numbers
+    if not waiting:
+        return
+    if number != waiting:
+        with box("notice wait", role="status"), box("row apart"):
+            text(f"Iteration {waiting} waits for your decision.")
+            ui.link(f"Go to iteration {waiting}", "?")
         return
     scene = page.folder.iteration(number).scene.xml.read_text()
     review_panel(page.site, page.run, page.folder, number, part_names(scene) if scene else [])

@@ -108,7 +108,10 @@ def designs_to_pick(site: Site, picked: tuple[str, ...] = ()) -> None:
             setattr(filters, name, value)
 
     choices = ui.element("div").classes("form")
-    live(lambda: (filters.picked, filters.refused), lambda facts: _compare_bar(*facts, act))
+    live(
+        lambda: (bool(site.library.runs()), filters.picked, filters.refused),
+        lambda facts: _compare_bar(*facts[1:], act) if facts[0] else None,
+    )
     # the filters are part of the values read, so that a change of them redraws the table; the selection is left out
     look = live(
         lambda: (_read(site), replace(filters, picked=(), refused=False)), lambda facts: _draw(facts[0], filters, act)

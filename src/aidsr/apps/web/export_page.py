@@ -12,7 +12,7 @@ from aidsr.apps.web.addresses import design_address, run_address
 from aidsr.apps.web.export_result import show_export
 from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import as_action, live
-from aidsr.apps.web.run_page import not_found
+from aidsr.apps.web.run_page import cannot_open
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.widgets import box, button, clock, long_text, notice, text
 from aidsr.core.errors import AidsrError
@@ -58,7 +58,7 @@ def add_export_page(site: Site) -> None:
             view = site.view(run)
             concept = f"{number}. {view.design(number).status.concept}"
         except AidsrError as error:
-            not_found(error)
+            cannot_open(site, name, error, number=number)
             return
         way = (*site.way_to(name), (view.title, run_address(name)), (concept, design_address(name, number)))
         with frame("Export", *way, site=site):

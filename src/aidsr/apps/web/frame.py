@@ -11,7 +11,7 @@ from nicegui import app, ui
 from aidsr.apps.web.activities import Activity
 from aidsr.apps.web.live import live
 from aidsr.apps.web.site import Site
-from aidsr.apps.web.widgets import text
+from aidsr.apps.web.widgets import box, text
 
 ASSETS = Path(__file__).parent / "assets"
 _HEAD = '<link rel="stylesheet" href="/assets/web.css"><script src="/assets/web.js" defer></script>'
@@ -60,11 +60,14 @@ def _activity_link(activities: tuple[Activity, ...]) -> None:
     """Show how many activities run and wait; web.js also shows those that wait in the page's title and icon."""
     awaited = [each for each in activities if each.waits]
     waiting = len(awaited)
-    said = "Activity" + (f": {waiting} waiting for you" if waiting else "")
-    link = ui.link(said, "/work").classes("work-link")
+    link = ui.link("" if awaited else "Activity", "/work").classes("work-link")
     link.props["data-awaited"] = str(waiting)
     if awaited:
         link.props["title"] = "\n".join(f"{each.title}: {each.doing}" for each in awaited)
+        with link, box(tag="span"):  # a phone shows only the middle; a screen reader reads all
+            text("Activity: ", "unseen-narrow")
+            text(f"{waiting} waiting")
+            text(" for you", "unseen-narrow")
     running = len(activities) - waiting
     if running:
         with link:

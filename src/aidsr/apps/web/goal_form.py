@@ -166,9 +166,18 @@ def _keep_named(form: Form, place: ui.element) -> None:
         with place:
             _chips("sites", [site.name for site in found.sites])
             _chips("bodies", [body.name for body in found.bodies if body.name != "world"])
-            _chips("joints", [joint for body in found.bodies for joint in body.joints])
+            _chips("joints", named_joints(form["environment"], found))
 
     ui.timer(1.0, name)
+
+
+def named_joints(environment: str, summary: EnvironmentSummary) -> list[str]:
+    """Return the joints that a goal can name, in words; the summary calls a joint without a name "joint"."""
+    from aidsr.mjcf.read import read_mjcf
+
+    names = {node.get("name") for node in read_mjcf(environment).root.iter("joint", "freejoint")}
+    joints = (joint for body in summary.bodies for joint in body.joints)
+    return [joint for joint in joints if joint.partition(": ")[0] in names]
 
 
 def _chips(what: str, names: Sequence[str]) -> None:

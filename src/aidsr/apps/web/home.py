@@ -143,7 +143,7 @@ def _searched(row: _Row) -> str:
 def _cells(site: Site, row: _Row) -> None:
     if row.view is None:
         text("", "picture", "td")
-        with box(tag="td", colspan="9"), box("stack tight"):
+        with box("what", "td", colspan="9"), box("stack tight"):
             text(row.name, "mono")
             text(row.complaint, "small bad")
         _delete(site, row.name)

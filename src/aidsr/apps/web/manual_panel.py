@@ -54,9 +54,11 @@ def answer(waiting: PendingPrompt, reply: str) -> None:
     Raises:
         UserError: The reply is empty or too long, or the prompt already has a reply.
     """
-    if not reply.strip() or len(reply) > _MOST_CHARACTERS:
+    if not reply.strip():
+        raise UserError("the reply is empty; paste the whole reply of the model")
+    if len(reply) > _MOST_CHARACTERS:
         raise UserError(
-            f"the reply is empty or longer than {_MOST_CHARACTERS:,} characters; paste the whole reply of the model"
+            f"the reply has {len(reply):,} characters, more than {_MOST_CHARACTERS:,}; paste the reply only"
         )
     draft = waiting.reply.with_name(f".{waiting.reply.name}.{os.getpid()}.tmp")
     draft.write_text(reply, encoding="utf-8")

@@ -11,9 +11,10 @@ from nicegui import run as background
 from nicegui import ui
 from pydantic import ValidationError
 
+from aidsr.apps.web.form_values import limit, limit_field
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.widgets import box, choice, text
-from aidsr.core.config import BUILTIN, Budget, RunConfig, checked_config
+from aidsr.core.config import BUILTIN, Budget, RunConfig
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import format_cost, format_tokens_in_thousands
 from aidsr.loop.estimate import estimate
@@ -111,20 +112,23 @@ def _language_model(site: Site, form: dict[str, Any]) -> None:
 def limit_fields(form: dict[str, Any]) -> None:
     """Show a number field for each limit of a budget; an empty field means no limit."""
     with box("form"):
-        for name, limit in Budget.model_fields.items():
+        for name, each in Budget.model_fields.items():
             step = _STEPS.get(name, 1000)
-            field = ui.number(limit.title, min=step, step=step).props("outlined dense clearable")
-            field.bind_value(form, name).props["placeholder"] = "no limit"
+            limit_field(each.title or name, step=step, whole=name not in _STEPS).bind_value(form, name)
 
 
 def budget_from(form: dict[str, Any]) -> Budget:
     """Return the limits in a form; an empty field means no limit.
 
     Raises:
-        UserError: A limit is not above zero.
+        UserError: A limit is not above zero, or a limit in tokens is a fraction.
     """
-    given = {name: form.get(name) for name in Budget.model_fields if form.get(name) is not None}
-    return checked_config({"budget": given}).budget
+    return Budget.model_validate(
+        {
+            name: limit(each.title or name, form.get(name), whole=name not in _STEPS)
+            for name, each in Budget.model_fields.items()
+        }
+    )
 
 
 def estimated_cost(site: Site, model: str, concepts: int) -> str:

@@ -49,7 +49,7 @@ def add_run_page(site: Site) -> None:
             run = site.run(name)
             view = site.view(run)
         except AidsrError as error:
-            not_found(error)
+            cannot_open(site, name, error)
             return
         with frame(view.title, *site.way_to(name), site=site):
             with box("stack"):
@@ -76,10 +76,21 @@ def add_run_page(site: Site) -> None:
             tabs.on_value_change(lambda event: app.storage.user.update(run_tab=event.value))
 
 
-def not_found(error: AidsrError) -> None:
-    """Show that an address does not exist, and a link to all runs."""
-    with frame("Page not found", ("Runs", "/"), narrow=True), box("sheet empty"):
-        text("Page not found", tag="h1")
+def cannot_open(site: Site, name: str, error: AidsrError, *, number: int | None = None) -> None:
+    """Show why the page of a run, or of a design if `number` is given, cannot be opened."""
+    try:
+        run = site.run(name)
+    except AidsrError:
+        not_found(error)
+        return
+    missing = number is not None and not run.design(number).path.is_dir()
+    not_found(error, f"No design {number}" if missing else "This run cannot be read")
+
+
+def not_found(error: AidsrError, title: str = "Page not found") -> None:
+    """Show an error under a title, and a link to all runs; by default that an address does not exist."""
+    with frame(title, ("Runs", "/"), narrow=True), box("sheet empty"):
+        text(title, tag="h1")
         text(str(error), "soft", "p")
         ui.link("All runs", "/")
 

@@ -9,6 +9,7 @@ from typing import Any
 from nicegui import app, ui
 
 from aidsr.apps.web.addresses import run_address
+from aidsr.apps.web.form_values import whole_number, whole_number_field
 from aidsr.apps.web.frame import frame
 from aidsr.apps.web.launch import RunRequest, launch
 from aidsr.apps.web.live import working
@@ -30,6 +31,12 @@ SETTINGS = {name: field for name, field in run_settings().items() if name not in
 """Fields of the form that come from `RunConfig`."""
 _AT_FIRST_SIGHT = ("concepts", "iterations", "human", "task_feedback")
 """Settings shown at once; the others are under "More settings"."""
+_ONLY_FOR = {
+    "seed": ("builtin",),
+    "max_output_tokens": ("language", "manual"),
+    "judge_pictures": ("language", "manual"),
+}
+"""Designers to which a setting applies; a setting that is not named here applies to all."""
 
 FRESH: dict[str, Any] = {
     "source": "task",
@@ -86,9 +93,12 @@ def request_from(site: Site, form: Form) -> RunRequest:
         UserError: An entry is missing or out of bounds.
     """
     budget = budget_from(form) if form["kind"] == "language" else Budget()
-    config = checked_config(
-        {"model": model_name(site, form), "budget": budget, **{name: form[name] for name in SETTINGS}}
-    )
+    settings = {
+        name: whole_number(field.title or name, form[name], **_bounds(name)) if field.annotation is int else form[name]
+        for name, field in SETTINGS.items()
+        if _applies(name, form["kind"])
+    }
+    config = checked_config({"model": model_name(site, form), "budget": budget, **settings})
     if form["source"] == "task":
         return RunRequest(config, task=form["task"], level=form["level"], robot=form["robot"])
     return RunRequest(
@@ -146,39 +156,34 @@ def _how_much(form: Form) -> None:
         text("Settings", tag="h2")
         with box("sheet stack"):
             _settings(form, _AT_FIRST_SIGHT)
-            with ui.expansion("More settings").props("dense dense-toggle").classes("full"), box("stack"):
+            with ui.expansion("More settings").props("dense dense-toggle").classes("full"), box("stack full"):
                 _settings(form, [name for name in SETTINGS if name not in _AT_FIRST_SIGHT])
                 text("Initial robot (optional)", "label")
                 upload(form, ROBOT)
 
 
 def _settings(form: Form, names: Sequence[str]) -> None:
-    """Show a number field or a switch for each setting, with its label and bounds."""
+    """Show a number field or a switch for each setting that applies to the designer, with its label and bounds."""
     with box("form"):
         for name in names:
             if SETTINGS[name].annotation is int:
-                within = bounds(SETTINGS[name])
-                field = ui.number(
-                    SETTINGS[name].title,
-                    min=within["ge"],
-                    max=within.get("le"),
-                    step=1,
-                    precision=0,
-                    format="%d",
-                    validation=partial(_complaint, within),
-                )
-                field.props("outlined dense").bind_value(form, name)
+                field = whole_number_field(SETTINGS[name].title or name, **_bounds(name)).bind_value(form, name)
+                field.bind_visibility_from(form, "kind", partial(_applies, name))
     for name in names:
         if SETTINGS[name].annotation is bool:
-            ui.switch(SETTINGS[name].title or name).bind_value(form, name)
+            switch = ui.switch(SETTINGS[name].title or name).bind_value(form, name)
+            switch.bind_visibility_from(form, "kind", partial(_applies, name))
 
 
-def _complaint(within: dict[str, Any], number: float | None) -> str | None:
-    """Return what is wrong with a number; None where it is valid."""
-    low, high = within["ge"], within.get("le")
-    if number is None or number < low or (high is not None and number > high):
-        return f"from {low} to {high}" if high is not None else f"at least {low}"
-    return None
+def _applies(name: str, kind: str) -> bool:
+    """Return whether a setting applies to a kind of designer."""
+    return kind in _ONLY_FOR.get(name, (kind,))
+
+
+def _bounds(name: str) -> dict[str, int]:
+    """Return the bounds of a whole-number setting, as arguments of `whole_number`."""
+    within = bounds(SETTINGS[name])
+    return {"least": int(within["ge"]), **({"most": int(within["le"])} if "le" in within else {})}
 
 
 def _start(site: Site, form: Form, objective: ui.textarea) -> None:

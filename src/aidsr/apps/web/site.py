@@ -208,7 +208,8 @@ class Site:
         run = self.run(run_name)
         design = run.design(number)
         if not design.path.is_dir():
-            raise UserError(f"{run_name} has no design {number} yet")
+            there = ", ".join(str(each.number) for each in run.designs) or "none yet"
+            raise UserError(f"{run_name} has no design {number}; it has: {there}")
         return run, design
 
     def trash(self, name: str) -> None:

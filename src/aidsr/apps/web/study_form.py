@@ -8,13 +8,13 @@ from typing import Any, get_args
 from nicegui import app, ui
 
 from aidsr.apps.web.addresses import study_address
-from aidsr.apps.web.form_values import whole_number
+from aidsr.apps.web.form_values import limit, limit_field, whole_number, whole_number_field
 from aidsr.apps.web.frame import frame
-from aidsr.apps.web.live import working
+from aidsr.apps.web.live import live, working
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.studies import JOBS
 from aidsr.apps.web.widgets import box, button, fact, text
-from aidsr.core.config import BUDGET_STEPS, BUILTIN, Budget, Protocol, StudyMethod, checked_config
+from aidsr.core.config import BUDGET_STEPS, BUILTIN, Budget, Protocol, StudyMethod
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import format_duration, task_title
 from aidsr.loop.teams import check_model
@@ -39,6 +39,8 @@ _NUMBERS = {
     "jobs": ("Parallel jobs", 1, 1),
 }
 """Title, minimum and step of each number field."""
+_LIMITS = {"cost_usd": ("Maximum cost [USD]", False), "tokens": ("Maximum tokens", True)}
+"""Title of each limit, and whether it is a whole number."""
 
 FRESH: dict[str, Any] = {
     "name": "",
@@ -118,8 +120,8 @@ def asked(site: Site, form: Form) -> _Asked:
         protocol=form["protocol"],
         probe=bool(form["probe"]),
     )
-    given = {key: form[key] for key in ("cost_usd", "tokens") if form[key] is not None}
-    found = _Asked(Study(path, plan), checked_config({"budget": given}).budget, numbers["jobs"])
+    limits = {key: limit(title, form[key], whole=whole) for key, (title, whole) in _LIMITS.items()}
+    found = _Asked(Study(path, plan), Budget.model_validate(limits), numbers["jobs"])
     check_budget(found.study, found.budget)
     return found
 
@@ -148,11 +150,9 @@ def _how(form: Form) -> None:
     with box("sheet stack"):
         with box("form"):
             for key, (title, least, step) in _NUMBERS.items():
-                field = ui.number(title, min=least, step=step, precision=0, format="%d").props("outlined dense")
-                field.bind_value(form, key)
-            for key, title in (("cost_usd", "Maximum cost [USD]"), ("tokens", "Maximum tokens")):
-                field = ui.number(title, min=0, step=1).props("outlined dense clearable")
-                field.bind_value(form, key).props["placeholder"] = "no limit"
+                whole_number_field(title, least=least, step=step).bind_value(form, key)
+            for key, (title, whole) in _LIMITS.items():
+                limit_field(title, step=1, whole=whole).bind_value(form, key)
         text("Each job uses one core. The limits apply to the whole study.", "small soft")
         with box("row"):
             text("Training protocol", "small")
@@ -163,17 +163,8 @@ def _how(form: Form) -> None:
 
 
 def _start(site: Site, form: Form) -> None:
-    with box("stack", aria_live="polite") as forecast:
-        pass
-
-    def estimated() -> tuple[StudyEstimate, int]:
-        found = asked(site, {**form, "name": form["name"] or "estimated only"})
-        return estimate_study(found.study), found.jobs
-
-    def show(found: tuple[StudyEstimate, int]) -> None:
-        forecast.clear()
-        with forecast:
-            _forecast(*found)
+    with box("stack", aria_live="polite"):
+        live(lambda: _estimated(site, form), _forecast, first=tuple)
 
     def begin() -> str:
         found = asked(site, form)
@@ -192,10 +183,25 @@ def _start(site: Site, form: Form) -> None:
 
     with box("row"):
         go = button("Start the study", lambda: working(go, begin, opened), "primary", "play_arrow")
-        say = button("Estimate", lambda: working(say, estimated, show), "quiet", "schedule")
 
 
-def _forecast(found: StudyEstimate, jobs: int) -> None:
+def _estimated(site: Site, form: Form) -> tuple[tuple[StudyEstimate, int], ...]:
+    """Return the estimated effort of the study in a form and the number of parallel jobs; empty while it is incomplete.
+
+    What it lacks is told when the study is started.
+    """
+    try:
+        found = asked(site, {**form, "name": "estimated only"})
+        return ((estimate_study(found.study), found.jobs),)
+    except UserError:
+        return ()
+
+
+def _forecast(estimated: tuple[tuple[StudyEstimate, int], ...]) -> None:
+    if not estimated:
+        return
+    ((found, jobs),) = estimated
+    text("Estimated effort", "label")
     with box("facts"):
         for stage, number in found.jobs.items():
             if number:

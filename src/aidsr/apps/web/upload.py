@@ -97,7 +97,10 @@ def _told(error: AidsrError) -> str:
     """Return an error in words; an error in MJCF has line numbers, as in `aidsr validate`."""
     if not isinstance(error, MjcfError):
         return str(error)
-    return "; ".join(f"line {fault.line}: " * bool(fault.line) + fault.message for fault in error.faults)
+    lines = (fault.line if f"line {fault.line}" not in fault.message else None for fault in error.faults)
+    return "; ".join(
+        f"line {line}: " * bool(line) + fault.message for line, fault in zip(lines, error.faults, strict=True)
+    )
 
 
 def _environment(content: str, _form: Form) -> Facts:
@@ -105,7 +108,8 @@ def _environment(content: str, _form: Form) -> Facts:
 
     summary = summarize_environment(content)
     mounts = ", ".join(f"{mount.name} ({_direction(mount)})" for mount in summary.mounts) or "none (world only)"
-    return (("mounts", mounts), ("bodies", str(len(summary.bodies))), ("sensors", str(len(summary.sensors))))
+    bodies = sum(body.name != "world" for body in summary.bodies)
+    return (("mounts", mounts), ("bodies", str(bodies)), ("sensors", str(len(summary.sensors))))
 
 
 def _direction(mount: MountSummary) -> str:

@@ -45,7 +45,10 @@ def button(
     """Show a button; if it has no text, the hint is also its accessible name."""
     element = ui.button(content, icon=icon, color=None, on_click=act).props("unelevated").classes(look)
     if hint:
-        element.tooltip(hint)
+        with element:
+            shown = ui.tooltip(hint)
+        # hidden by a click, since it would cover an error below the button
+        element.on("click", js_handler=f"() => getElement({shown.id})?.hide()")
     if hint and not content:
         element.props["aria-label"] = hint
     return element
