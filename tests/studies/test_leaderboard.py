@@ -88,26 +88,58 @@ def test_figures_that_do_not_follow_are_refused_though_the_hash_is_right(study: 
         leaderboard([fewer])
 
 
+def won(variation: int) -> EpisodeResult:
+    return EpisodeResult(
+        variation=variation, ended="succeeded", progress=1.0, best_progress=1.0, reward=0.0, time_s=1.0
+    )
+
+
+def trained(study: Study, path: Path, version: int = PLAN.benchmark_version, **differing: object) -> Path:
+    """Write the submission of a study whose one policy wins every episode, with a right hash and right figures."""
+    asked = {"task": PLAN.tasks[0], "level": "standard", "benchmark_version": version, "checks": ()}
+    verdict = Evaluation(**{**asked, "episodes": tuple(map(won, range(100))), **differing})
+
+    def judged(found: Submission) -> dict[str, object]:
+        designs = (found.designs[0].model_copy(update={"seeds": 1, "evaluations": (verdict,)}),)
+        return {
+            "plan": found.plan.model_copy(update={"seeds": 1, "benchmark_version": version}),
+            "designs": designs,
+            "lines": {"rules": task_lines(designs, "rules")},
+        }
+
+    return changed(study, path, judged)
+
+
 def test_what_was_judged_at_something_else_is_refused(study: Study, tmp_path: Path) -> None:
-    episode = EpisodeResult(variation=0, ended="succeeded", progress=1.0, best_progress=1.0, reward=0.0, time_s=1.0)
-    asked = {"task": PLAN.tasks[0], "level": "standard", "benchmark_version": PLAN.benchmark_version}
     for differing in (
         {"task": "locomotion/gap"},
         {"level": "hard"},
         {"benchmark_version": 1},
         {"split": "development"},
     ):
-        verdict = Evaluation(**{**asked, **differing}, episodes=(episode,), checks=())
-        trained = changed(
-            study,
-            tmp_path / "trained.json",
-            lambda f, verdict=verdict: {
-                "plan": f.plan.model_copy(update={"seeds": 1}),
-                "designs": (f.designs[0].model_copy(update={"evaluations": (verdict,)}),),
-            },
-        )
+        other = trained(study, tmp_path / "trained.json", **differing)
         with pytest.raises(UserError, match="held-out variations of reaching/button_pushing, level standard, version"):
-            leaderboard([trained])
+            leaderboard([other])
+
+
+@pytest.mark.parametrize(
+    ("version", "episodes", "asked"),
+    # benchmarks up to version 3 had 20 episodes a verdict; plans never recorded the number
+    [(6, 100, 100), (4, 100, 100), (3, 20, 20), (6, 20, 100), (6, 40, 100), (4, 20, 100), (3, 100, 20)],
+)
+def test_a_policy_judged_on_another_number_of_episodes_is_refused(
+    version: int, episodes: int, asked: int, study: Study, tmp_path: Path
+) -> None:
+    path = trained(study, tmp_path / "trained.json", version, episodes=tuple(map(won, range(episodes))))
+    if episodes == asked:
+        assert "| 1/1 (21–100 %) | 1/1 (21–100 %) | 1/1 (21–100 %) |" in leaderboard([path])
+        return
+    said = (
+        f"trained.json: a policy of rules/reaching/button_pushing/1/1 was evaluated on {episodes} held-out episodes, "
+        f"not on {asked}; evaluate it again with aidsr evaluate without --episodes"
+    )
+    with pytest.raises(UserError, match=said):
+        leaderboard([path])
 
 
 def test_designs_of_several_policies_that_were_counted_otherwise_are_said_to_be_of_before(

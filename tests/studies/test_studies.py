@@ -284,7 +284,7 @@ def test_a_row_knows_how_many_policies_its_plan_asks_for(finished: Study, tmp_pa
     study = Study(Path(shutil.copytree(finished.path, tmp_path / "s")), plan(seeds=3))
     folder = training_folder_of(study.run(next(study.cells)).design(1), 0)
     folder.mkdir(parents=True)
-    (folder / "evaluation.json").write_text(evaluation(4).model_dump_json())
+    (folder / "evaluation.json").write_text(evaluation(100, of=100).model_dump_json())
     row, _ = read_outcomes(study)
     assert (len(row.evaluations), row.complete, row.successful) == (1, False, False)
     assert row.episodes_share == pytest.approx(1 / 3)
@@ -386,6 +386,27 @@ def test_the_report_says_whether_successful_policies_were_perturbed(
     page = write_report(study).read_text()
     for text in (page, (study.path / "report.md").read_text()):
         assert ("protocol best; successful policies also evaluated in perturbed scenes" in text) == (seeds * perturbed)
+
+
+def test_a_policy_judged_on_another_number_of_episodes_is_told_and_not_submitted(
+    finished: Study, tmp_path: Path
+) -> None:
+    study = Study(Path(shutil.copytree(finished.path, tmp_path / "s")), plan(seeds=1))
+    folder = training_folder_of(study.run(next(study.cells)).design(1), 0)
+    folder.mkdir(parents=True)
+    told = "1 policy evaluated on another number of held-out episodes than 100"
+    for episodes in (20, 100):
+        (folder / "evaluation.json").write_text(evaluation(11, of=episodes).model_dump_json())
+        texts = [write_report(study).read_text(), (study.path / "report.md").read_text()]
+        out = io.StringIO()
+        print_comparison(Console(file=out, width=200), study, study)
+        assert all((told in text) == (episodes == 20) for text in (*texts, out.getvalue()))
+        if episodes == 20:
+            with pytest.raises(UserError, match="evaluated on 20 held-out episodes, not on 100; evaluate it again"):
+                submit(study, tmp_path / "s.json")
+            assert not (tmp_path / "s.json").exists()
+    submit(study, tmp_path / "s.json")
+    read_submission(tmp_path / "s.json")
 
 
 def test_studies_of_two_protocols_or_with_perturbed_scenes_are_said_to_differ(finished: Study) -> None:

@@ -42,7 +42,7 @@ def submit(study: Study, path: Path) -> Submission:
     """Write a study's results into one file.
 
     Raises:
-        UserError: No design of the study is finished.
+        UserError: No design of the study is finished, or policies were not evaluated according to its plan.
     """
     rows = read_outcomes(study)
     if all(row.outcome == "unfinished" for row in rows):
@@ -53,6 +53,7 @@ def submit(study: Study, path: Path) -> Submission:
         scenes_sha256=hash_scenes(study),
         lines={arm.name: task_lines(rows, arm.name) for arm in study.plan.arms},
     )
+    _check_evaluations(study.path, submission)
     whole = with_hash(submission)
     replace_file(path, whole.model_dump_json(indent=1).encode() + b"\n")
     return whole
@@ -98,7 +99,7 @@ def read_submission(path: Path) -> Submission:
 
 
 def _check_evaluations(path: Path, found: Submission) -> None:
-    """Refuse evaluations of another task, level, version or split than the plan's, or more of them than planned.
+    """Refuse evaluations that differ from the plan in task, level, version, split, number or number of episodes.
 
     Raises:
         UserError: There is such an evaluation.
@@ -113,6 +114,13 @@ def _check_evaluations(path: Path, found: Submission) -> None:
                 f"{plan.level}, version {plan.benchmark_version}, or more than {plan.seeds}; submit a study whose "
                 "policies were all evaluated according to its plan"
             )
+        for episodes in (len(each.episodes) for each in row.evaluations):
+            if episodes != plan.verdict_episodes:
+                raise UserError(
+                    f"{path}: a policy of {row.arm}/{row.task}/{row.run}/{row.design} was evaluated on {episodes} "
+                    f"held-out episodes, not on {plan.verdict_episodes}; evaluate it again with aidsr evaluate without "
+                    "--episodes, then repeat aidsr submit"
+                )
 
 
 def _digest(text: str) -> str:

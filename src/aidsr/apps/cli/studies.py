@@ -21,6 +21,7 @@ from aidsr.studies.budget import StudyBudget, read_budget
 from aidsr.studies.estimate import StudyEstimate, estimate_study
 from aidsr.studies.jobs import Job, format_limits, is_finished
 from aidsr.studies.outcomes import paid_usd, read_outcomes
+from aidsr.studies.report import other_episodes_in_words
 from aidsr.studies.runner import Progress
 from aidsr.studies.study import Study
 from aidsr.studies.tables import differences
@@ -194,13 +195,13 @@ def _paid(study: Study) -> str:
 
 def print_comparison(console: Console, one: Study, other: Study) -> int:
     """Print whether the first arms of two studies differ significantly; return 0, or 1 if nothing is comparable."""
-    rows = [
-        row.model_copy(update={"arm": name})
+    compared = {
+        name: [
+            row.model_copy(update={"arm": name}) for row in read_outcomes(study) if row.arm == study.plan.arms[0].name
+        ]
         for study, name in ((one, "first"), (other, "second"))
-        for row in read_outcomes(study)
-        if row.arm == study.plan.arms[0].name
-    ]
-    found = differences(rows, "first")
+    }
+    found = differences([row for rows in compared.values() for row in rows], "first")
     if not found:
         console.print(
             "The studies have no finished design in common: no design with the same task, run and number is finished "
@@ -221,6 +222,10 @@ def print_comparison(console: Console, one: Study, other: Study) -> int:
         "flips with a difference at least as large; with fewer than six designs no difference is significant.",
         soft_wrap=True,
     )
+    for study, rows in zip((one, other), compared.values(), strict=True):
+        note = other_episodes_in_words(study.plan, rows)
+        if note:
+            console.print(f"[yellow]{escape(study.path.name)}:[/] {note}", soft_wrap=True)
     unlike = _unlike(one, other)
     if unlike:
         console.print(f"[yellow]The studies also differ in:[/] {escape('; '.join(unlike))}", soft_wrap=True)
