@@ -277,7 +277,7 @@ def test_policies_that_are_missing_count_as_failed(seeds, judged, valid, success
     row = DesignRow(arm="a", task=TASK, run=1, design=1, outcome="approved", seeds=seeds, evaluations=judged)
     assert (row.valid, row.successful, row.episodes_share) == (valid, successful, pytest.approx(share))
     assert line_of(TASK, [row]).episodes_share == pytest.approx(share)
-    assert bootstrap_mean({TASK: [row.policies]}).value == pytest.approx(share)
+    assert bootstrap_mean({TASK: [[row.policies]]}).value == pytest.approx(share)
 
 
 def test_a_row_knows_how_many_policies_its_plan_asks_for(finished: Study, tmp_path: Path) -> None:

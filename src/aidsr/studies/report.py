@@ -219,8 +219,8 @@ def format_training(seeds: int, steps: int, protocol: str) -> str:
 
 def _change(found: Difference) -> str:
     """Return a difference with its interval as text."""
-    value, low, high = found.in_words
-    return f"{value} ({low} to {high})"
+    value, interval = found.in_words
+    return f"{value} ({interval})"
 
 
 _PAPER_IN_WORDS = (

@@ -17,6 +17,7 @@ from rich.text import Text
 
 from aidsr.core.config import Budget
 from aidsr.core.errors import Limit
+from aidsr.core.formatting import counted
 from aidsr.studies.budget import StudyBudget, read_budget
 from aidsr.studies.estimate import StudyEstimate, estimate_study
 from aidsr.studies.jobs import Job, format_limits, is_finished
@@ -213,13 +214,15 @@ def print_comparison(console: Console, one: Study, other: Study) -> int:
     for name in ("metric", "difference", "95 % CI", "p", ""):
         table.add_column(name, justify="left" if name in ("metric", "") else "right")
     for each in found:
-        value, low, high = each.in_words
+        value, interval = each.in_words
         verdict = "significant" if each.real else "not significant"
-        table.add_row(each.what, value, f"{low} to {high}", f"{each.p_value:.3f}", verdict)
+        table.add_row(each.what, value, interval, f"{each.p_value:.3f}", verdict)
     console.print(table)
     console.print(
-        f"{found[0].pairs} designs that are finished in both, paired by task, run and number. p: share of random sign "
-        "flips with a difference at least as large; with fewer than six designs no difference is significant.",
+        f"{counted(found[0].pairs, 'design')} of {counted(found[0].runs, 'run')} finished in both, paired by task, run "
+        "and number. Designs of one run are not independent, so the bootstrap resamples whole runs, and p is the share "
+        "of sign flips of whole runs with a difference at least as large. An interval needs six runs and two of each "
+        "task; with fewer than six runs no difference is significant.",
         soft_wrap=True,
     )
     for study, rows in zip((one, other), compared.values(), strict=True):
