@@ -398,9 +398,7 @@ def test_a_policy_judged_on_another_number_of_episodes_is_told_and_not_submitted
     for episodes in (20, 100):
         (folder / "evaluation.json").write_text(evaluation(11, of=episodes).model_dump_json())
         texts = [write_report(study).read_text(), (study.path / "report.md").read_text()]
-        out = io.StringIO()
-        print_comparison(Console(file=out, width=200), study, study)
-        assert all((told in text) == (episodes == 20) for text in (*texts, out.getvalue()))
+        assert all((told in text) == (episodes == 20) for text in (*texts, compared(study, study)))
         if episodes == 20:
             with pytest.raises(UserError, match="evaluated on 20 held-out episodes, not on 100; evaluate it again"):
                 submit(study, tmp_path / "s.json")
@@ -409,11 +407,36 @@ def test_a_policy_judged_on_another_number_of_episodes_is_told_and_not_submitted
     read_submission(tmp_path / "s.json")
 
 
-def test_studies_of_two_protocols_or_with_perturbed_scenes_are_said_to_differ(finished: Study) -> None:
+def compared(one: Study, other: Study) -> str:
     out = io.StringIO()
+    print_comparison(Console(file=out, width=200), one, other)
+    return out.getvalue()
+
+
+def test_an_untrained_study_is_not_compared_in_what_only_training_shows(finished: Study, tmp_path: Path) -> None:
+    trained = Study(Path(shutil.copytree(finished.path, tmp_path / "s")), plan(seeds=1))
+    folder = training_folder_of(trained.run(next(trained.cells)).design(1), 0)
+    folder.mkdir(parents=True)
+    (folder / "evaluation.json").write_text(evaluation(100, of=100).model_dump_json())
+    for text in (compared(finished, trained), compared(trained, finished)):
+        assert "stable" in text
+        assert not re.search("^(valid|successful|episodes) ", text, re.MULTILINE)
+        assert "The studies also differ in: seeds" in text
+    text = compared(trained, trained)
+    assert re.search(r"^valid +0 % +too few runs +1.000 +not significant", text, re.MULTILINE)
+    assert "1 design of 1 run finished in both" in text
+
+
+def test_an_arm_that_was_to_be_trained_but_had_no_stable_design_is_compared_as_failed() -> None:
+    row = DesignRow(arm="first", task=TASK, run=1, design=1, outcome="invalid", complete=True, seeds=1)
+    good = {"arm": "second", "outcome": "approved", "verified": True, "evaluations": (evaluation(4),)}
+    found = {each.what: each.value for each in differences([row, row.model_copy(update=good)], "first")}
+    assert (found["valid"], found["successful"], found["episodes"]) == (1.0, 1.0, 1.0)
+
+
+def test_studies_of_two_protocols_or_with_perturbed_scenes_are_said_to_differ(finished: Study) -> None:
     other = Study(finished.path, plan(protocol="paper", perturbed=True))
-    print_comparison(Console(file=out, width=200), finished, other)
-    assert "The studies also differ in: protocol best and paper; perturbed False and True" in out.getvalue()
+    assert "The studies also differ in: protocol best and paper; perturbed False and True" in compared(finished, other)
 
 
 def test_a_submission_can_be_checked(finished: Study, tmp_path: Path) -> None:

@@ -224,8 +224,8 @@ def _policies_by_run(rows: Sequence[DesignRow]) -> list[list[Policies]]:
 def differences(rows: Sequence[DesignRow], against: str) -> tuple[Difference, ...]:
     """Return the differences of each other arm from one arm, on designs that ended in both.
 
-    Quantities of the design process are always compared, those of training where all policies of a design are
-    evaluated, and tokens where a language model was called.
+    Quantities of the design process are always compared, those of training where both plans train and all policies of
+    a design are evaluated, and tokens where a language model was called.
     """
     compared = [*_DESIGNED, *(_TRAINED if any(row.evaluations for row in rows) else ())]
     if any(row.usage.calls for row in rows):
@@ -281,7 +281,7 @@ def _by_task(rows: Sequence[DesignRow], arm: str, what: str) -> dict[str, dict[t
 def _is_known(row: DesignRow, what: str) -> bool:
     """Return whether a quantity of a design is final."""
     if what in _TRAINED:
-        return row.complete
+        return row.complete and row.seeds > 0
     if what == "stable" and row.outcome == "approved":
         return row.verified
     return row.outcome != "unfinished"
