@@ -142,6 +142,33 @@ def test_a_policy_judged_on_another_number_of_episodes_is_refused(
         leaderboard([path])
 
 
+@pytest.mark.parametrize(
+    ("hold_s", "held_s", "consistent"),
+    # success counts from half a control step of 0.04 s before hold_s, as in around_corners with 0.28 of 0.3 s
+    [(0.6, 0.6, True), (0.3, 0.28, True), (0.5, 0.52, True), (0.6, 0.52, False), (0.6, 0.0, False)],
+)
+def test_a_success_that_held_the_goal_too_short_is_refused(
+    hold_s: float, held_s: float, consistent: bool, study: Study, tmp_path: Path
+) -> None:
+    episodes = tuple(won(n).model_copy(update={"held_s": held_s if n == 7 else hold_s}) for n in range(100))
+    path = trained(study, tmp_path / "trained.json", episodes=episodes, hold_s=hold_s)
+    if consistent:
+        read_submission(path)
+        return
+    said = (
+        rf"a policy of rules/reaching/button_pushing/1/1 succeeds in variation 7 with its goal held for {held_s:g} s "
+        r"of 0\.6 s; evaluate it again with aidsr evaluate"
+    )
+    with pytest.raises(UserError, match=said):
+        read_submission(path)
+
+
+def test_results_of_before_the_hold_was_recorded_are_read(study: Study, tmp_path: Path) -> None:
+    read_submission(trained(study, tmp_path / "earlier.json"))
+    lost = tuple(won(n).model_copy(update={"ended": "out_of_time", "held_s": 0.2}) for n in range(100))
+    read_submission(trained(study, tmp_path / "lost.json", episodes=lost, hold_s=0.6))
+
+
 def test_designs_of_several_policies_that_were_counted_otherwise_are_said_to_be_of_before(
     study, tmp_path: Path
 ) -> None:
