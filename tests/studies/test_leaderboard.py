@@ -12,6 +12,7 @@ from aidsr.apps.cli import main
 from aidsr.core.artifacts import EpisodeResult, Evaluation
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
+from aidsr.core.formatting import format_cell
 from aidsr.studies.leaderboard import check_scenes, leaderboard
 from aidsr.studies.pool import LocalPool
 from aidsr.studies.runner import run_study
@@ -49,8 +50,8 @@ def test_results_of_like_conditions_stand_in_one_table_and_others_apart(study: S
     changed(study, theirs, lambda found: {"plan": found.plan.model_copy(update={"versions": {"python": "4.0"}})})
     both = leaderboard([ours, theirs])
     assert both.count("## Benchmark version") == 1
-    assert "| ours.json | rules | builtin | 1 | 1/1 (21–100 %) | not trained |" in both
-    assert f"theirs.json: sha256 {read_submission(theirs).sha256}" in both
+    assert f"| {format_cell(str(ours))} | rules | builtin | 1 | 1/1 (21–100 %) | not trained |" in both
+    assert f"- {format_cell(str(theirs))}: sha256 {read_submission(theirs).sha256}" in both
     changed(study, theirs, lambda found: {"plan": found.plan.model_copy(update={"level": "hard"})})
     assert leaderboard([ours, theirs]).count("## Benchmark version") == 2
     changed(study, theirs, lambda found: {"plan": found.plan.model_copy(update={"protocol": "paper"})})
@@ -187,6 +188,21 @@ def test_what_a_design_takes_is_not_told_before_one_came_to_an_end(study: Study,
     assert "| – | – |" in leaderboard([changed(study, tmp_path / "begun.json", nothing_yet)])
 
 
+def test_files_of_one_name_are_told_apart_by_their_paths_as_given(
+    study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    paths = [Path(f"{whose}/submission.json") for whose in ("ours", "theirs")]
+    for path in paths:
+        path.parent.mkdir()
+        versions = {"python": path.parent.name}
+        changed(study, path, lambda f, its=versions: {"plan": f.plan.model_copy(update={"versions": its})})
+    table = leaderboard(paths)
+    for path in paths:
+        assert f"| {path} | rules |" in table
+        assert f"- {path}: sha256 {read_submission(path).sha256}" in table
+
+
 def test_a_submission_counts_once(study: Study, tmp_path: Path) -> None:
     copy = tmp_path / "copy.json"
     copy.write_bytes((study.path / "ours.json").read_bytes())
@@ -224,4 +240,4 @@ def test_what_is_published_here_can_be_verified() -> None:
     published = sorted((Path(__file__).parents[2] / "benchmarks" / "builtin-study").glob("*/submission.json"))
     assert published
     for path in published:
-        assert str(path.name) in leaderboard([path])
+        assert f"- {format_cell(str(path))}: sha256 " in leaderboard([path])
