@@ -12,6 +12,7 @@ from aidsr.apps.cli import main
 from aidsr.core.artifacts import EpisodeResult, Evaluation
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
+from aidsr.core.formatting import format_cell
 from aidsr.studies.leaderboard import check_scenes, leaderboard
 from aidsr.studies.pool import LocalPool
 from aidsr.studies.runner import run_study
@@ -49,8 +50,8 @@ def test_results_of_like_conditions_stand_in_one_table_and_others_apart(study: S
     changed(study, theirs, lambda found: {"plan": found.plan.model_copy(update={"versions": {"python": "4.0"}})})
     both = leaderboard([ours, theirs])
     assert both.count("## Benchmark version") == 1
-    assert "| ours.json | rules | builtin | 1 | 1/1 (21–100 %) | not trained |" in both
-    assert f"theirs.json: sha256 {read_submission(theirs).sha256}" in both
+    assert f"| {format_cell(str(ours))} | rules | builtin | 1 | 1/1 (21–100 %) | not trained |" in both
+    assert f"- {format_cell(str(theirs))}: sha256 {read_submission(theirs).sha256}" in both
     changed(study, theirs, lambda found: {"plan": found.plan.model_copy(update={"level": "hard"})})
     assert leaderboard([ours, theirs]).count("## Benchmark version") == 2
     changed(study, theirs, lambda found: {"plan": found.plan.model_copy(update={"protocol": "paper"})})
@@ -88,26 +89,85 @@ def test_figures_that_do_not_follow_are_refused_though_the_hash_is_right(study: 
         leaderboard([fewer])
 
 
+def won(variation: int) -> EpisodeResult:
+    return EpisodeResult(
+        variation=variation, ended="succeeded", progress=1.0, best_progress=1.0, reward=0.0, time_s=1.0
+    )
+
+
+def trained(study: Study, path: Path, version: int = PLAN.benchmark_version, **differing: object) -> Path:
+    """Write the submission of a study whose one policy wins every episode, with a right hash and right figures."""
+    asked = {"task": PLAN.tasks[0], "level": "standard", "benchmark_version": version, "checks": ()}
+    verdict = Evaluation(**{**asked, "episodes": tuple(map(won, range(100))), **differing})
+
+    def judged(found: Submission) -> dict[str, object]:
+        designs = (found.designs[0].model_copy(update={"seeds": 1, "evaluations": (verdict,)}),)
+        return {
+            "plan": found.plan.model_copy(update={"seeds": 1, "benchmark_version": version}),
+            "designs": designs,
+            "lines": {"rules": task_lines(designs, "rules")},
+        }
+
+    return changed(study, path, judged)
+
+
 def test_what_was_judged_at_something_else_is_refused(study: Study, tmp_path: Path) -> None:
-    episode = EpisodeResult(variation=0, ended="succeeded", progress=1.0, best_progress=1.0, reward=0.0, time_s=1.0)
-    asked = {"task": PLAN.tasks[0], "level": "standard", "benchmark_version": PLAN.benchmark_version}
     for differing in (
         {"task": "locomotion/gap"},
         {"level": "hard"},
         {"benchmark_version": 1},
         {"split": "development"},
     ):
-        verdict = Evaluation(**{**asked, **differing}, episodes=(episode,), checks=())
-        trained = changed(
-            study,
-            tmp_path / "trained.json",
-            lambda f, verdict=verdict: {
-                "plan": f.plan.model_copy(update={"seeds": 1}),
-                "designs": (f.designs[0].model_copy(update={"evaluations": (verdict,)}),),
-            },
-        )
+        other = trained(study, tmp_path / "trained.json", **differing)
         with pytest.raises(UserError, match="held-out variations of reaching/button_pushing, level standard, version"):
-            leaderboard([trained])
+            leaderboard([other])
+
+
+@pytest.mark.parametrize(
+    ("version", "episodes", "asked"),
+    # benchmarks up to version 3 had 20 episodes a verdict; plans never recorded the number
+    [(6, 100, 100), (4, 100, 100), (3, 20, 20), (6, 20, 100), (6, 40, 100), (4, 20, 100), (3, 100, 20)],
+)
+def test_a_policy_judged_on_another_number_of_episodes_is_refused(
+    version: int, episodes: int, asked: int, study: Study, tmp_path: Path
+) -> None:
+    path = trained(study, tmp_path / "trained.json", version, episodes=tuple(map(won, range(episodes))))
+    if episodes == asked:
+        assert "| 1/1 (21–100 %) | 1/1 (21–100 %) | 1/1 (21–100 %) |" in leaderboard([path])
+        return
+    said = (
+        f"trained.json: a policy of rules/reaching/button_pushing/1/1 was evaluated on {episodes} held-out episodes, "
+        f"not on {asked}; evaluate it again with aidsr evaluate without --episodes"
+    )
+    with pytest.raises(UserError, match=said):
+        leaderboard([path])
+
+
+@pytest.mark.parametrize(
+    ("hold_s", "held_s", "consistent"),
+    # success counts from half a control step of 0.04 s before hold_s, as in around_corners with 0.28 of 0.3 s
+    [(0.6, 0.6, True), (0.3, 0.28, True), (0.5, 0.52, True), (0.6, 0.52, False), (0.6, 0.0, False)],
+)
+def test_a_success_that_held_the_goal_too_short_is_refused(
+    hold_s: float, held_s: float, consistent: bool, study: Study, tmp_path: Path
+) -> None:
+    episodes = tuple(won(n).model_copy(update={"held_s": held_s if n == 7 else hold_s}) for n in range(100))
+    path = trained(study, tmp_path / "trained.json", episodes=episodes, hold_s=hold_s)
+    if consistent:
+        read_submission(path)
+        return
+    said = (
+        rf"a policy of rules/reaching/button_pushing/1/1 succeeds in variation 7 with its goal held for {held_s:g} s "
+        r"of 0\.6 s; evaluate it again with aidsr evaluate"
+    )
+    with pytest.raises(UserError, match=said):
+        read_submission(path)
+
+
+def test_results_of_before_the_hold_was_recorded_are_read(study: Study, tmp_path: Path) -> None:
+    read_submission(trained(study, tmp_path / "earlier.json"))
+    lost = tuple(won(n).model_copy(update={"ended": "out_of_time", "held_s": 0.2}) for n in range(100))
+    read_submission(trained(study, tmp_path / "lost.json", episodes=lost, hold_s=0.6))
 
 
 def test_designs_of_several_policies_that_were_counted_otherwise_are_said_to_be_of_before(
@@ -126,6 +186,21 @@ def test_what_a_design_takes_is_not_told_before_one_came_to_an_end(study: Study,
         return {"designs": designs, "lines": {"rules": task_lines(designs, "rules")}}
 
     assert "| – | – |" in leaderboard([changed(study, tmp_path / "begun.json", nothing_yet)])
+
+
+def test_files_of_one_name_are_told_apart_by_their_paths_as_given(
+    study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    paths = [Path(f"{whose}/submission.json") for whose in ("ours", "theirs")]
+    for path in paths:
+        path.parent.mkdir()
+        versions = {"python": path.parent.name}
+        changed(study, path, lambda f, its=versions: {"plan": f.plan.model_copy(update={"versions": its})})
+    table = leaderboard(paths)
+    for path in paths:
+        assert f"| {path} | rules |" in table
+        assert f"- {path}: sha256 {read_submission(path).sha256}" in table
 
 
 def test_a_submission_counts_once(study: Study, tmp_path: Path) -> None:
@@ -165,4 +240,4 @@ def test_what_is_published_here_can_be_verified() -> None:
     published = sorted((Path(__file__).parents[2] / "benchmarks" / "builtin-study").glob("*/submission.json"))
     assert published
     for path in published:
-        assert str(path.name) in leaderboard([path])
+        assert f"- {format_cell(str(path))}: sha256 " in leaderboard([path])

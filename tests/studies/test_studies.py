@@ -281,14 +281,14 @@ def test_policies_that_are_missing_count_as_failed(seeds, judged, valid, success
     row = DesignRow(arm="a", task=TASK, run=1, design=1, outcome="approved", seeds=seeds, evaluations=judged)
     assert (row.valid, row.successful, row.episodes_share) == (valid, successful, pytest.approx(share))
     assert line_of(TASK, [row]).episodes_share == pytest.approx(share)
-    assert bootstrap_mean({TASK: [row.policies]}).value == pytest.approx(share)
+    assert bootstrap_mean({TASK: [[row.policies]]}).value == pytest.approx(share)
 
 
 def test_a_row_knows_how_many_policies_its_plan_asks_for(finished: Study, tmp_path: Path) -> None:
     study = Study(Path(shutil.copytree(finished.path, tmp_path / "s")), plan(seeds=3))
     folder = training_folder_of(study.run(next(study.cells)).design(1), 0)
     folder.mkdir(parents=True)
-    (folder / "evaluation.json").write_text(evaluation(4).model_dump_json())
+    (folder / "evaluation.json").write_text(evaluation(100, of=100).model_dump_json())
     row, _ = read_outcomes(study)
     assert (len(row.evaluations), row.complete, row.successful) == (1, False, False)
     assert row.episodes_share == pytest.approx(1 / 3)
@@ -392,11 +392,55 @@ def test_the_report_says_whether_successful_policies_were_perturbed(
         assert ("protocol best; successful policies also evaluated in perturbed scenes" in text) == (seeds * perturbed)
 
 
-def test_studies_of_two_protocols_or_with_perturbed_scenes_are_said_to_differ(finished: Study) -> None:
+def test_a_policy_judged_on_another_number_of_episodes_is_told_and_not_submitted(
+    finished: Study, tmp_path: Path
+) -> None:
+    study = Study(Path(shutil.copytree(finished.path, tmp_path / "s")), plan(seeds=1))
+    folder = training_folder_of(study.run(next(study.cells)).design(1), 0)
+    folder.mkdir(parents=True)
+    told = "1 policy evaluated on another number of held-out episodes than 100"
+    for episodes in (20, 100):
+        (folder / "evaluation.json").write_text(evaluation(11, of=episodes).model_dump_json())
+        texts = [write_report(study).read_text(), (study.path / "report.md").read_text()]
+        assert all((told in text) == (episodes == 20) for text in (*texts, compared(study, study)))
+        if episodes == 20:
+            with pytest.raises(UserError, match="evaluated on 20 held-out episodes, not on 100; evaluate it again"):
+                submit(study, tmp_path / "s.json")
+            assert not (tmp_path / "s.json").exists()
+    submit(study, tmp_path / "s.json")
+    read_submission(tmp_path / "s.json")
+
+
+def compared(one: Study, other: Study) -> str:
     out = io.StringIO()
+    print_comparison(Console(file=out, width=200), one, other)
+    return out.getvalue()
+
+
+def test_an_untrained_study_is_not_compared_in_what_only_training_shows(finished: Study, tmp_path: Path) -> None:
+    trained = Study(Path(shutil.copytree(finished.path, tmp_path / "s")), plan(seeds=1))
+    folder = training_folder_of(trained.run(next(trained.cells)).design(1), 0)
+    folder.mkdir(parents=True)
+    (folder / "evaluation.json").write_text(evaluation(100, of=100).model_dump_json())
+    for text in (compared(finished, trained), compared(trained, finished)):
+        assert "stable" in text
+        assert not re.search("^(valid|successful|episodes) ", text, re.MULTILINE)
+        assert "The studies also differ in: seeds" in text
+    text = compared(trained, trained)
+    assert re.search(r"^valid +0 % +too few runs +1.000 +not significant", text, re.MULTILINE)
+    assert "1 design of 1 run finished in both" in text
+
+
+def test_an_arm_that_was_to_be_trained_but_had_no_stable_design_is_compared_as_failed() -> None:
+    row = DesignRow(arm="first", task=TASK, run=1, design=1, outcome="invalid", complete=True, seeds=1)
+    good = {"arm": "second", "outcome": "approved", "verified": True, "evaluations": (evaluation(4),)}
+    found = {each.what: each.value for each in differences([row, row.model_copy(update=good)], "first")}
+    assert (found["valid"], found["successful"], found["episodes"]) == (1.0, 1.0, 1.0)
+
+
+def test_studies_of_two_protocols_or_with_perturbed_scenes_are_said_to_differ(finished: Study) -> None:
     other = Study(finished.path, plan(protocol="paper", perturbed=True))
-    print_comparison(Console(file=out, width=200), finished, other)
-    assert "The studies also differ in: protocol best and paper; perturbed False and True" in out.getvalue()
+    assert "The studies also differ in: protocol best and paper; perturbed False and True" in compared(finished, other)
 
 
 def test_a_submission_can_be_checked(finished: Study, tmp_path: Path) -> None:

@@ -47,7 +47,7 @@ def leaderboard(paths: Sequence[Path]) -> str:
     for path, submission in found.items():
         groups.setdefault(_conditions(submission), []).extend((path, arm) for arm in _arms(submission))
     parts = [_table(conditions, rows) for conditions, rows in groups.items()]
-    hashes = [f"- {format_cell(path.name)}: sha256 {submission.sha256}" for path, submission in found.items()]
+    hashes = [f"- {format_cell(str(path))}: sha256 {submission.sha256}" for path, submission in found.items()]
     return (
         "\n\n".join([*parts, "Files; the figures of each were checked against its outcomes:\n" + "\n".join(hashes)])
         + "\n"
@@ -104,7 +104,7 @@ def _row(path: Path, arm: ArmLine, trained: bool) -> str:
         f"{line.attempted}" if line.complete == line.attempted else f"{line.complete} of {line.attempted} finished"
     )
     cells = [
-        path.name,
+        str(path),
         arm.arm,
         arm.model,
         designs,

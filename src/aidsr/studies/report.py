@@ -167,7 +167,7 @@ def _standing(study: Study, rows: Sequence[DesignRow]) -> str:
     return (
         f"{counted(len(plan.tasks), 'task')}, level {plan.level}, benchmark version {plan.benchmark_version}; "
         f"{format_training(plan.seeds, plan.steps, plan.protocol)}{_perturbed(plan)}. "
-        f"{_reached(study, line_of('all', rows))}{resumed_in_words(rows)}"
+        f"{' '.join([_reached(study, line_of('all', rows)), *_notes(study, rows)])}"
     )
 
 
@@ -186,12 +186,28 @@ def _reached(study: Study, whole: Line) -> str:
     return summary
 
 
+def _notes(study: Study, rows: Sequence[DesignRow]) -> list[str]:
+    """Return a sentence for each fact that limits what the results of the policies mean."""
+    return [note for note in (resumed_in_words(rows), other_episodes_in_words(study.plan, rows)) if note]
+
+
 def resumed_in_words(rows: Sequence[DesignRow]) -> str:
     """Return a sentence with the number of policies whose training was interrupted and resumed; empty if none."""
     resumed = sum(row.resumed for row in rows)
     if not resumed:
         return ""
-    return f" {counted(resumed, 'policy')} resumed after an interruption, which changes the result of training."
+    return f"{counted(resumed, 'policy')} resumed after an interruption, which changes the result of training."
+
+
+def other_episodes_in_words(plan: StudyPlan, rows: Sequence[DesignRow]) -> str:
+    """Return a sentence with the number of policies judged on fewer or more episodes than a verdict; empty if none."""
+    other = sum(len(each.episodes) != plan.verdict_episodes for row in rows for each in row.evaluations)
+    if not other:
+        return ""
+    return (
+        f"{counted(other, 'policy')} evaluated on another number of held-out episodes than {plan.verdict_episodes}: "
+        "not comparable; evaluate again with aidsr evaluate without --episodes."
+    )
 
 
 def format_training(seeds: int, steps: int, protocol: str) -> str:
@@ -203,8 +219,8 @@ def format_training(seeds: int, steps: int, protocol: str) -> str:
 
 def _change(found: Difference) -> str:
     """Return a difference with its interval as text."""
-    value, low, high = found.in_words
-    return f"{value} ({low} to {high})"
+    value, interval = found.in_words
+    return f"{value} ({interval})"
 
 
 _PAPER_IN_WORDS = (
@@ -263,7 +279,7 @@ def _page(
         published=_published(),
         whole=line_of("all", rows),
         reached=_reached(study, line_of("all", rows)),
-        resumed=resumed_in_words(rows),
+        notes=_notes(study, rows),
         count=counted,
         perturbed=_perturbed(study.plan),
         written=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),

@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ValidationError, model_validator
 
 from aidsr.core.artifacts import Artifact
-from aidsr.core.config import BUDGET_STEPS, Method, Protocol, RunConfig
+from aidsr.core.config import BUDGET_STEPS, VERDICT_EPISODES, Method, Protocol, RunConfig
 from aidsr.core.errors import UserError
 from aidsr.core.plain_tree import require_plain_tree
 from aidsr.core.provenance import versions_of
@@ -39,6 +39,8 @@ _NAME = r"^[a-z0-9][a-z0-9_.-]*$"
 _TASK = r"^\w[\w.-]*(/\w[\w.-]*)*$"
 """Pattern of task names, including those of other packages; they are used as folder names."""
 _MANY = Field(min_length=1, max_length=1000)
+_EARLIER_VERDICT_EPISODES = 20
+"""Number of episodes of a verdict up to version 3 of the benchmark. Source: docs/tasks.md, how a design is scored."""
 
 
 class Arm(Artifact):
@@ -95,6 +97,11 @@ class StudyPlan(Artifact):
     """Whether successful policies are also evaluated in perturbed scenes, see docs/learning.md, robustness."""
     benchmark_version: int = BENCHMARK_VERSION
     versions: dict[str, str] = Field(default_factory=dict)
+
+    @property
+    def verdict_episodes(self) -> int:
+        """Number of held-out episodes that judge each policy. It follows from the version of the benchmark."""
+        return VERDICT_EPISODES if self.benchmark_version > 3 else _EARLIER_VERDICT_EPISODES
 
     @model_validator(mode="after")
     def _nothing_twice(self) -> Self:

@@ -11,7 +11,7 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, Field, ValidationError
 
-from aidsr.core.artifacts import Artifact
+from aidsr.core.artifacts import Artifact, Evaluation
 from aidsr.core.errors import UserError
 from aidsr.core.text_files import read_text_file
 from aidsr.runs.files import replace_file
@@ -19,6 +19,7 @@ from aidsr.studies.file_errors import first_error
 from aidsr.studies.outcomes import DesignRow, read_outcomes
 from aidsr.studies.study import Study, StudyPlan, fill_protocol
 from aidsr.studies.tables import Line, task_lines
+from aidsr.tasks import TASKS
 
 _MAX_BYTES = 64 * 2**20
 """Largest size of a submission file [bytes]. Our choice: 1,000 designs with five policies each take half of that."""
@@ -42,7 +43,7 @@ def submit(study: Study, path: Path) -> Submission:
     """Write a study's results into one file.
 
     Raises:
-        UserError: No design of the study is finished.
+        UserError: No design of the study is finished, or policies were not evaluated according to its plan.
     """
     rows = read_outcomes(study)
     if all(row.outcome == "unfinished" for row in rows):
@@ -53,6 +54,7 @@ def submit(study: Study, path: Path) -> Submission:
         scenes_sha256=hash_scenes(study),
         lines={arm.name: task_lines(rows, arm.name) for arm in study.plan.arms},
     )
+    _check_evaluations(study.path, submission)
     whole = with_hash(submission)
     replace_file(path, whole.model_dump_json(indent=1).encode() + b"\n")
     return whole
@@ -98,10 +100,10 @@ def read_submission(path: Path) -> Submission:
 
 
 def _check_evaluations(path: Path, found: Submission) -> None:
-    """Refuse evaluations of another task, level, version or split than the plan's, or more of them than planned.
+    """Refuse evaluations that differ from the plan in task, level, version, split, number or number of episodes.
 
     Raises:
-        UserError: There is such an evaluation.
+        UserError: There is such an evaluation, or one with a success in which the goal was not held long enough.
     """
     plan = found.plan
     for row in found.designs:
@@ -113,6 +115,32 @@ def _check_evaluations(path: Path, found: Submission) -> None:
                 f"{plan.level}, version {plan.benchmark_version}, or more than {plan.seeds}; submit a study whose "
                 "policies were all evaluated according to its plan"
             )
+        policy = f"{path}: a policy of {row.arm}/{row.task}/{row.run}/{row.design}"
+        for each in row.evaluations:
+            if len(each.episodes) != plan.verdict_episodes:
+                raise UserError(
+                    f"{policy} was evaluated on {len(each.episodes)} held-out episodes, not on "
+                    f"{plan.verdict_episodes}; evaluate it again with aidsr evaluate without --episodes, then repeat "
+                    "aidsr submit"
+                )
+            least_s = _least_held_s(each)
+            for episode in each.episodes:
+                if episode.ended == "succeeded" and episode.held_s < least_s:
+                    raise UserError(
+                        f"{policy} succeeds in variation {episode.variation} with its goal held for "
+                        f"{episode.held_s:g} s of {each.hold_s:g} s; evaluate it again with aidsr evaluate, then "
+                        "repeat aidsr submit"
+                    )
+
+
+def _least_held_s(evaluation: Evaluation) -> float:
+    """Return the shortest time for which the goal of a successful episode can have been held [s].
+
+    Success counts from half a control step before `hold_s` (`aidsr.tasks.scoring`). One step is tolerated here, and
+    half of `hold_s` in tasks of other packages, whose step is not known. Older results have a `hold_s` of 0.
+    """
+    task = TASKS.get(evaluation.task)
+    return evaluation.hold_s - (task.control_dt_s if task else evaluation.hold_s / 2)
 
 
 def _digest(text: str) -> str:

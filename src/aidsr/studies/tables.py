@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from statistics import fmean
 
 from aidsr.core.artifacts import Artifact
 from aidsr.core.rates import Interval, Rate
 from aidsr.studies.outcomes import DesignRow
-from aidsr.studies.statistics import bootstrap_mean, paired_difference
+from aidsr.studies.statistics import Policies, bootstrap_mean, paired_difference
 from aidsr.tasks import RULES_FROZEN_AT, TASKS_OUT_OF_SAMPLE
 
 
@@ -110,22 +111,27 @@ class Difference(Artifact):
     value: float
     low: float
     high: float
+    """Upper end, with `low`, of the 95 % interval; both are nan if the runs are too few, see `PairedDifference`."""
     p_value: float
     """Two-sided p value, see `PairedDifference`."""
     pairs: int
     """Number of designs that ended in both arms."""
+    runs: int
+    """Number of runs that these designs are from."""
 
     @property
     def real(self) -> bool:
         """Whether the difference is significant.
 
-        It is if its interval excludes zero and the p value is below `SIGNIFICANCE_LEVEL`.
+        It is if the p value is below `SIGNIFICANCE_LEVEL` and the interval, where there is one, excludes zero.
         """
-        return Interval(self.value, self.low, self.high).excludes_zero and self.p_value < SIGNIFICANCE_LEVEL
+        has_interval = not math.isnan(self.low)
+        excludes_zero = Interval(self.value, self.low, self.high).excludes_zero
+        return self.p_value < SIGNIFICANCE_LEVEL and (excludes_zero or not has_interval)
 
     @property
-    def in_words(self) -> tuple[str, str, str]:
-        """The difference and the ends of its interval as text: in %, or as numbers for tokens and iterations."""
+    def in_words(self) -> tuple[str, str]:
+        """The difference and its interval as text: in %, or as numbers for tokens and iterations."""
 
         def shown(value: float) -> str:
             if self.what == "tokens":
@@ -134,7 +140,8 @@ class Difference(Artifact):
                 text = f"{value:+.1f}" if self.what == "iterations" else f"{100 * value:+.0f} %"
             return text[1:] if value == 0 else text
 
-        return shown(self.value), shown(self.low), shown(self.high)
+        interval = "too few runs" if math.isnan(self.low) else f"{shown(self.low)} to {shown(self.high)}"
+        return shown(self.value), interval
 
 
 SIGNIFICANCE_LEVEL = 0.05
@@ -194,7 +201,7 @@ def arm_lines(rows: Sequence[DesignRow], models: Mapping[str, str]) -> tuple[Arm
     for arm, model in models.items():
         by_task = _rows_by_task(rows, arm)
         if by_task:
-            interval = bootstrap_mean({task: [row.policies for row in of_task] for task, of_task in by_task.items()})
+            interval = bootstrap_mean({task: _policies_by_run(of_task) for task, of_task in by_task.items()})
             found.append(
                 ArmLine(
                     arm=arm,
@@ -207,11 +214,18 @@ def arm_lines(rows: Sequence[DesignRow], models: Mapping[str, str]) -> tuple[Arm
     return tuple(found)
 
 
+def _policies_by_run(rows: Sequence[DesignRow]) -> list[list[Policies]]:
+    found: dict[int, list[Policies]] = {}
+    for row in rows:
+        found.setdefault(row.run, []).append(row.policies)
+    return list(found.values())
+
+
 def differences(rows: Sequence[DesignRow], against: str) -> tuple[Difference, ...]:
     """Return the differences of each other arm from one arm, on designs that ended in both.
 
-    Quantities of the design process are always compared, those of training where all policies of a design are
-    evaluated, and tokens where a language model was called.
+    Quantities of the design process are always compared, those of training where both plans train and all policies of
+    a design are evaluated, and tokens where a language model was called.
     """
     compared = [*_DESIGNED, *(_TRAINED if any(row.evaluations for row in rows) else ())]
     if any(row.usage.calls for row in rows):
@@ -252,6 +266,7 @@ def _difference(rows: Sequence[DesignRow], what: str, arm: str, against: str) ->
         high=high,
         p_value=found.p_value,
         pairs=found.pairs,
+        runs=found.runs,
     )
 
 
@@ -266,7 +281,7 @@ def _by_task(rows: Sequence[DesignRow], arm: str, what: str) -> dict[str, dict[t
 def _is_known(row: DesignRow, what: str) -> bool:
     """Return whether a quantity of a design is final."""
     if what in _TRAINED:
-        return row.complete
+        return row.complete and row.seeds > 0
     if what == "stable" and row.outcome == "approved":
         return row.verified
     return row.outcome != "unfinished"

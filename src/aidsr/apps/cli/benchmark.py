@@ -196,7 +196,8 @@ def submit(study: Path, /, *, out: Path | None = None) -> int:
 def leaderboard(submissions: list[Path], /, *, study: Path | None = None) -> int:
     """Verify submitted result files and merge them into one table.
 
-    The results of each file are recomputed from its raw outcomes; a modified file is rejected.
+    The results of each file are recomputed from its raw outcomes. A file that was damaged or edited by accident is
+    refused; a forged one is not recognized.
 
         aidsr leaderboard ours.json theirs.json > leaderboard.md
 

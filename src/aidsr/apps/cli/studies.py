@@ -17,10 +17,12 @@ from rich.text import Text
 
 from aidsr.core.config import Budget
 from aidsr.core.errors import Limit
+from aidsr.core.formatting import counted
 from aidsr.studies.budget import StudyBudget, read_budget
 from aidsr.studies.estimate import StudyEstimate, estimate_study
 from aidsr.studies.jobs import Job, format_limits, is_finished
 from aidsr.studies.outcomes import paid_usd, read_outcomes
+from aidsr.studies.report import other_episodes_in_words
 from aidsr.studies.runner import Progress
 from aidsr.studies.study import Study
 from aidsr.studies.tables import differences
@@ -194,13 +196,13 @@ def _paid(study: Study) -> str:
 
 def print_comparison(console: Console, one: Study, other: Study) -> int:
     """Print whether the first arms of two studies differ significantly; return 0, or 1 if nothing is comparable."""
-    rows = [
-        row.model_copy(update={"arm": name})
+    compared = {
+        name: [
+            row.model_copy(update={"arm": name}) for row in read_outcomes(study) if row.arm == study.plan.arms[0].name
+        ]
         for study, name in ((one, "first"), (other, "second"))
-        for row in read_outcomes(study)
-        if row.arm == study.plan.arms[0].name
-    ]
-    found = differences(rows, "first")
+    }
+    found = differences([row for rows in compared.values() for row in rows], "first")
     if not found:
         console.print(
             "The studies have no finished design in common: no design with the same task, run and number is finished "
@@ -212,15 +214,21 @@ def print_comparison(console: Console, one: Study, other: Study) -> int:
     for name in ("metric", "difference", "95 % CI", "p", ""):
         table.add_column(name, justify="left" if name in ("metric", "") else "right")
     for each in found:
-        value, low, high = each.in_words
+        value, interval = each.in_words
         verdict = "significant" if each.real else "not significant"
-        table.add_row(each.what, value, f"{low} to {high}", f"{each.p_value:.3f}", verdict)
+        table.add_row(each.what, value, interval, f"{each.p_value:.3f}", verdict)
     console.print(table)
     console.print(
-        f"{found[0].pairs} designs that are finished in both, paired by task, run and number. p: share of random sign "
-        "flips with a difference at least as large; with fewer than six designs no difference is significant.",
+        f"{counted(found[0].pairs, 'design')} of {counted(found[0].runs, 'run')} finished in both, paired by task, run "
+        "and number. Designs of one run are not independent, so the bootstrap resamples whole runs, and p is the share "
+        "of sign flips of whole runs with a difference at least as large. An interval needs six runs and two of each "
+        "task; with fewer than six runs no difference is significant.",
         soft_wrap=True,
     )
+    for study, rows in zip((one, other), compared.values(), strict=True):
+        note = other_episodes_in_words(study.plan, rows)
+        if note:
+            console.print(f"[yellow]{escape(study.path.name)}:[/] {note}", soft_wrap=True)
     unlike = _unlike(one, other)
     if unlike:
         console.print(f"[yellow]The studies also differ in:[/] {escape('; '.join(unlike))}", soft_wrap=True)
