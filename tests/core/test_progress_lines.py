@@ -21,7 +21,7 @@ def test_a_line_without_time_left_and_a_log_without_progress() -> None:
     for log in (
         "",
         "\n",
-        "seed 0: 1000 steps, 50/s, success 25%, at most 3 min 0 s left",
+        "seed 0: 1000 steps, 50/s, success 25%, about 3 min 0 s left",
         f"{evaluation_line(1, 2, 1, '–')}\nover",
     ):
         assert read_progress(log) is None

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 
 _LINE = re.compile(r"(?P<doing>(?P<done>\d+) of (?P<of>\d+) (?:episodes ended|motions tried), .+)")
-_LEFT = re.compile(r"[;,] at most (?P<left>(?:\d+(?:\.\d+)? (?:h|min|s) ?)+)left.*")
+_LEFT = re.compile(r"[;,] about (?P<left>(?:\d+(?:\.\d+)? (?:h|min|s) ?)+)left.*")
 _SECONDS = {"h": 3600.0, "min": 60.0, "s": 1.0}
 
 

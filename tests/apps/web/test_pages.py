@@ -569,8 +569,8 @@ async def test_an_evaluation_and_a_probe_tell_their_progress(user: User, site: S
     folder = made_training(run.design(1))
     (folder / "evaluation.json").unlink()
     replace_file(folder / "training.json", b"{}")
-    evaluated = "12 of 100 episodes ended, 11 succeeded; at most 30.1 s left, then checks"
-    probed = "32 of 128 motions tried, 1 of 2 variations solved, progress 0.50, at most 1 min 0 s left"
+    evaluated = "12 of 100 episodes ended, 11 succeeded; about 30.1 s left, then checks"
+    probed = "32 of 128 motions tried, 1 of 2 variations solved, progress 0.50, about 1 min 0 s left"
     with (
         at_work(site, site.training_name(run, 1), "evaluating 100 episodes …", evaluated),
         at_work(site, site.probe_name(run, 2), probed),
