@@ -35,7 +35,7 @@ def ends_in_words(episodes: Sequence[EpisodeResult], hold_s: float) -> list[str]
 
 
 def evaluation_in_words(evaluation: Evaluation) -> list[str]:
-    """Return lines on how the episodes of an evaluation ended, on penalties, and on the policy's constant mean action."""
+    """Return lines on how the episodes of an evaluation ended, on penalties, and on the policy's mean action."""
     return [
         *ends_in_words(evaluation.episodes, evaluation.hold_s),
         *_penalty_in_words(evaluation),
@@ -52,7 +52,7 @@ def _mean_action_in_words(evaluation: Evaluation) -> list[str]:
     found = evaluation.mean_action
     if found is None:
         return []
-    needed = " (no policy is needed)" if 2 * found.succeeded >= found.of else ""
+    needed = " (no policy is needed)" if found.suffices else ""
     return [
         f"the constant mean action of the policy wins {found.succeeded} of {found.of} episodes that the policy "
         f"wins{needed}"
