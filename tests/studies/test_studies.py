@@ -458,6 +458,14 @@ def compared(one: Study, other: Study) -> str:
     return out.getvalue()
 
 
+def test_a_comparison_names_the_arms_that_it_leaves_out(finished: Study, tmp_path: Path) -> None:
+    single = Study(Path(shutil.copytree(finished.path, tmp_path / "s")), plan(arms=plan().arms[:1]))
+    said = "first: only the first arm is compared: rules, not bare. The report of the study compares its arms."
+    assert said in compared(finished, single)
+    assert said in compared(single, finished)
+    assert "only the first arm" not in compared(single, single)
+
+
 def test_an_untrained_study_is_not_compared_in_what_only_training_shows(finished: Study, tmp_path: Path) -> None:
     trained = Study(Path(shutil.copytree(finished.path, tmp_path / "s")), plan(seeds=1))
     folder = training_folder_of(trained.run(next(trained.cells)).design(1), 0)
