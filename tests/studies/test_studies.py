@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import io
 import json
 import os
@@ -22,7 +23,7 @@ from rich.console import Console
 
 from aidsr.apps.cli import main
 from aidsr.apps.cli.studies import print_comparison
-from aidsr.core.artifacts import EpisodeResult, Evaluation, Fault, PlausibilityCheck, ValidationReport
+from aidsr.core.artifacts import EpisodeResult, Evaluation, Fault, MeanAction, PlausibilityCheck, ValidationReport
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
 from aidsr.learn.openloop import probe
@@ -411,10 +412,62 @@ def test_a_policy_judged_on_another_number_of_episodes_is_told_and_not_submitted
     read_submission(tmp_path / "s.json")
 
 
+def test_the_report_says_which_successes_a_learned_policy_did_not_need(finished: Study, tmp_path: Path) -> None:
+    study = Study(Path(shutil.copytree(finished.path, tmp_path / "s")), plan(seeds=3))
+    learned = {"script": "", "from_probe": True}
+    for seed, (won, recipe, by_mean) in enumerate(
+        [(100, {"script": "a: 1", "from_probe": True}, 10), (100, learned, 9)]
+    ):
+        folder = training_folder_of(study.run(next(study.cells)).design(1), seed)
+        folder.mkdir(parents=True)
+        (folder / "config.json").write_text(json.dumps({"recipe": recipe}))
+        told = {"mean_action": MeanAction(action=(0.0,), succeeded=by_mean, of=20)}
+        (folder / "evaluation.json").write_text(evaluation(won, of=100).model_copy(update=told).model_dump_json())
+    page = write_report(study).read_text()
+    table = (study.path / "report.md").read_text()
+    for text in (page, table):
+        assert "1 of 2 successful policies plays an open-loop motion, which learning did not beat" in text
+        assert "In 1 of 2 successful policies the constant mean action wins at least half of the replayed" in text
+    rows = list(csv.DictReader((study.path / "report.csv").read_text().splitlines()))
+    assert [(row["motions"], row["won_by_mean_action"]) for row in rows] == [("1", "1"), ("0", "0")]
+    assert "*At 80, 95 %*: number of designs most of whose policies are valid and win at least this share" in table
+
+
+@pytest.mark.parametrize(
+    ("won", "recipe", "by_mean"),
+    [
+        (100, {"script": "", "from_probe": True}, 9),  # a learned policy
+        (100, {"script": "a: 1", "from_probe": False}, 0),  # it corrects a script
+        (100, {}, None),
+        (10, {"script": "a: 1", "from_probe": True}, 20),  # not successful
+    ],
+)
+def test_a_report_of_learned_policies_says_nothing_of_motions(
+    won: int, recipe: dict[str, object], by_mean: int | None, finished: Study, tmp_path: Path
+) -> None:
+    study = Study(Path(shutil.copytree(finished.path, tmp_path / "s")), plan(seeds=1))
+    folder = training_folder_of(study.run(next(study.cells)).design(1), 0)
+    folder.mkdir(parents=True)
+    (folder / "config.json").write_text(json.dumps({"recipe": recipe}))
+    told = {"mean_action": None if by_mean is None else MeanAction(action=(0.0,), succeeded=by_mean, of=20)}
+    (folder / "evaluation.json").write_text(evaluation(won, of=100).model_copy(update=told).model_dump_json())
+    for text in (write_report(study).read_text(), (study.path / "report.md").read_text()):
+        assert "open-loop motion, which" not in text
+        assert "constant mean action" not in text
+
+
 def compared(one: Study, other: Study) -> str:
     out = io.StringIO()
     print_comparison(Console(file=out, width=200), one, other)
     return out.getvalue()
+
+
+def test_a_comparison_names_the_arms_that_it_leaves_out(finished: Study, tmp_path: Path) -> None:
+    single = Study(Path(shutil.copytree(finished.path, tmp_path / "s")), plan(arms=plan().arms[:1]))
+    said = "first: only the first arm is compared: rules, not bare. The report of the study compares its arms."
+    assert said in compared(finished, single)
+    assert said in compared(single, finished)
+    assert "only the first arm" not in compared(single, single)
 
 
 def test_an_untrained_study_is_not_compared_in_what_only_training_shows(finished: Study, tmp_path: Path) -> None:

@@ -488,6 +488,11 @@ class MeanAction(Artifact):
     of: int
     """Number of replayed episodes; the policy succeeds in all of them."""
 
+    @property
+    def suffices(self) -> bool:
+        """Whether at least half of the replayed episodes succeed, so that no policy is needed."""
+        return 2 * self.succeeded >= self.of
+
 
 class Evaluation(Artifact):
     """Results of a trained policy on variations of its task that it had never seen, and checks of their plausibility.

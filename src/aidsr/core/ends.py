@@ -52,7 +52,7 @@ def _mean_action_in_words(evaluation: Evaluation) -> list[str]:
     found = evaluation.mean_action
     if found is None:
         return []
-    needed = " (no policy is needed)" if 2 * found.succeeded >= found.of else ""
+    needed = " (no policy is needed)" if found.suffices else ""
     return [
         f"the constant mean action of the policy wins {found.succeeded} of {found.of} episodes that the policy "
         f"wins{needed}"

@@ -78,12 +78,19 @@ class Training:
     @property
     def beginning(self) -> str:
         """Initial motion of the policy, as the end of a sentence; "" for training from scratch."""
-        recipe = (self.config.read() or {}).get("recipe", {})
-        if not recipe.get("script"):
-            return ""
-        if recipe.get("from_probe"):
+        if self.plays_the_motion:
             return "; the policy is a motion of the probe, which learning did not beat"
-        return "; it began with a script"
+        return "; it began with a script" if self._recipe.get("script") else ""
+
+    @property
+    def plays_the_motion(self) -> bool:
+        """Whether the policy is an open-loop motion of the probe, which learning did not beat."""
+        return bool(self._recipe.get("script") and self._recipe.get("from_probe"))
+
+    @property
+    def _recipe(self) -> dict[str, Any]:
+        recipe = (self.config.read() or {}).get("recipe")
+        return recipe if isinstance(recipe, dict) else {}
 
     @property
     def stage(self) -> Literal["learning", "evaluating", "judged"]:

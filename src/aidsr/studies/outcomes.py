@@ -13,6 +13,7 @@ from aidsr.core.artifacts import Artifact, Evaluation, ValidationReport
 from aidsr.core.calls import Count, Usage
 from aidsr.runs import DesignFolder, read_status
 from aidsr.runs.files import JsonFile
+from aidsr.runs.trainings import Training
 from aidsr.studies.jobs import VERIFIED, exhausted_limits, training_folder_of
 from aidsr.studies.study import Cell, Study
 
@@ -45,6 +46,8 @@ class DesignRow(Artifact):
     """Control steps of all its trainings together."""
     resumed: Count = 0
     """Number of policies whose training was interrupted and resumed, which changes their result."""
+    motions: Count = 0
+    """Number of successful policies that are an open-loop motion of the probe, which learning did not beat."""
     training_s: float = 0.0
     """Wall time of all its trainings together."""
     probe_progress: float | None = None
@@ -61,6 +64,13 @@ class DesignRow(Artifact):
     def successful(self) -> bool:
         """Whether most of the planned policies are successful."""
         return self._most(each.successful for each in self.evaluations)
+
+    @property
+    def won_by_mean_action(self) -> int:
+        """Number of successful policies that are not needed, since their constant mean action wins often enough."""
+        return sum(
+            bool(each.successful and each.mean_action and each.mean_action.suffices) for each in self.evaluations
+        )
 
     def wins(self, share: float) -> bool:
         """Return whether most of the planned policies are valid with at least this success rate (0 to 1)."""
@@ -136,19 +146,23 @@ def _rows_of(study: Study, cell: Cell) -> Iterator[DesignRow]:
         if outcome == "out_of_budget" and exhausted_limits(run):  # stopped by the study's limit, so it can resume
             outcome = "unfinished"
         verified = JsonFile(folder.path / VERIFIED, ValidationReport).read()
-        evaluations = tuple(_evaluations(folder, study.plan.seeds))
+        judged = dict(_evaluations(folder, study.plan.seeds))
         yield DesignRow(
             **named,
             family=state.family,
             outcome=outcome,
-            complete=bool(verified and len(evaluations) == study.plan.seeds)
+            complete=bool(verified and len(judged) == study.plan.seeds)
             if outcome == "approved"
             else outcome != "unfinished",
             verified=verified is not None,
             stable=bool(verified and verified.stable),
-            evaluations=evaluations,
+            evaluations=tuple(judged.values()),
             steps=sum(int(result["steps"]) for result in _results(folder, study.plan.seeds)),
             resumed=sum(bool(result.get("resumed")) for result in _results(folder, study.plan.seeds)),
+            motions=sum(
+                each.successful and Training(training_folder_of(folder, seed)).plays_the_motion
+                for seed, each in judged.items()
+            ),
             training_s=sum(float(result["wall_s"]) for result in _results(folder, study.plan.seeds)),
             probe_progress=_probed(folder),
             usage=state.usage,
@@ -206,11 +220,12 @@ def _changed(concept: bool, robot: bool) -> str:
     return "robot" if robot else "placement"
 
 
-def _evaluations(design: DesignFolder, seeds: int) -> Iterator[Evaluation]:
+def _evaluations(design: DesignFolder, seeds: int) -> Iterator[tuple[int, Evaluation]]:
+    """Yield the seed and the evaluation of each policy that was evaluated."""
     for seed in range(seeds):
         found = JsonFile(training_folder_of(design, seed) / "evaluation.json", Evaluation).read()
         if found is not None:
-            yield found
+            yield seed, found
 
 
 def _results(design: DesignFolder, seeds: int) -> Sequence[dict[str, float]]:

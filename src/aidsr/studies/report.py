@@ -59,7 +59,7 @@ def raw_csv(rows: Sequence[DesignRow]) -> str:
     out = io.StringIO()
     fields = ["arm", "task", "run", "design", "family", "outcome", "stable", "valid", "successful", "episodes_share"]
     fields += ["probe_progress", "iterations", "input_tokens", "output_tokens", "cost_usd", "latency_s", "steps"]
-    fields += ["resumed"]
+    fields += ["resumed", "motions", "won_by_mean_action"]
     writer = csv.DictWriter(out, [*fields, "training_s"], lineterminator="\n")
     writer.writeheader()
     for row in rows:
@@ -104,6 +104,10 @@ _COLUMNS: dict[str, Callable[[Line], str]] = {
 }
 """Columns of the tables of tasks: the head of each, and the text of its cell."""
 
+_AT_80_95 = (
+    "*At 80, 95 %*: number of designs most of whose policies are valid and win at least this share of the held-out "
+    "episodes; *successful* asks for half."
+)
 _OF_POLICIES = ("valid", "successful", "at 80, 95 %", "episodes")
 """Columns that are empty in a study without training."""
 
@@ -159,7 +163,8 @@ def _markdown(
         f"{table_markdown([*tables[arm.arm], arm.line], trained=study.plan.seeds > 0)}\n"
         for arm in arms
     ]
-    return "\n\n".join(head) + "\n\n" + "\n".join(parts) + f"\n{_paper_in_words(study)}\n"
+    legend = f"\n{_AT_80_95}\n" if study.plan.seeds else ""
+    return "\n\n".join(head) + "\n\n" + "\n".join(parts) + f"{legend}\n{_paper_in_words(study)}\n"
 
 
 def _standing(study: Study, rows: Sequence[DesignRow]) -> str:
@@ -188,7 +193,8 @@ def _reached(study: Study, whole: Line) -> str:
 
 def _notes(study: Study, rows: Sequence[DesignRow]) -> list[str]:
     """Return a sentence for each fact that limits what the results of the policies mean."""
-    return [note for note in (resumed_in_words(rows), other_episodes_in_words(study.plan, rows)) if note]
+    notes = (resumed_in_words(rows), other_episodes_in_words(study.plan, rows), *_unneeded_in_words(rows))
+    return [note for note in notes if note]
 
 
 def resumed_in_words(rows: Sequence[DesignRow]) -> str:
@@ -208,6 +214,24 @@ def other_episodes_in_words(plan: StudyPlan, rows: Sequence[DesignRow]) -> str:
         f"{counted(other, 'policy')} evaluated on another number of held-out episodes than {plan.verdict_episodes}: "
         "not comparable; evaluate again with aidsr evaluate without --episodes."
     )
+
+
+def _unneeded_in_words(rows: Sequence[DesignRow]) -> list[str]:
+    """Return a sentence on successful policies that are open-loop motions, and one on those that are not needed."""
+    of = counted(sum(each.successful for row in rows for each in row.evaluations), "successful policy")
+    motions, constant = sum(row.motions for row in rows), sum(row.won_by_mean_action for row in rows)
+    found = []
+    if motions:
+        verb = "plays" if motions == 1 else "play"
+        found.append(
+            f"{motions} of {of} {verb} an open-loop motion, which learning did not beat (column motions of report.csv)."
+        )
+    if constant:
+        found.append(
+            f"In {constant} of {of} the constant mean action wins at least half of the replayed episodes, so no policy "
+            "is needed (column won_by_mean_action of report.csv)."
+        )
+    return found
 
 
 def format_training(seeds: int, steps: int, protocol: str) -> str:

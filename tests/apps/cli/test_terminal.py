@@ -11,12 +11,14 @@ import sys
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
 import aidsr.apps.cli
 from aidsr.apps.cli import main
+from aidsr.apps.cli.reporting import print_unwrapped
 from aidsr.apps.cli.terminal import make_console, printable, write, write_document
 from aidsr.core.artifacts import Concept
 from aidsr.core.config import RunConfig
@@ -132,3 +134,17 @@ def test_a_reader_that_stops_reading_ends_a_command_quietly() -> None:
     os.close(writing)
     assert ended.stderr == b""
     assert ended.returncode == 128 + signal.SIGPIPE
+
+
+@pytest.mark.parametrize("in_terminal", [True, False])
+def test_a_table_with_whole_rows_has_no_spaces_at_the_ends_of_its_lines(in_terminal: bool) -> None:
+    out = io.StringIO()
+    console = Console(file=out, width=40, force_terminal=in_terminal, color_system="standard" if in_terminal else None)
+    table = Table("name", "what", box=None, padding=(0, 3, 1, 0))
+    table.add_row("[bold]a[/]", "word " * 30)
+    table.add_row("b", "[red]short[/]")
+    print_unwrapped(console, table)
+    lines = Text.from_ansi(out.getvalue()).plain.split("\n")
+    assert [line for line in lines if line] == ["name   what", f"a      {'word ' * 29}word", "b      short"]
+    assert all(line == line.rstrip() for line in lines)
+    assert ("\x1b[31mshort" in out.getvalue()) is in_terminal

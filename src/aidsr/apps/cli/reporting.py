@@ -151,9 +151,16 @@ def print_result(console: Console, run: Run) -> int:
 
 
 def print_unwrapped(console: Console, table: Table) -> None:
-    """Print a table with each row on one line, regardless of the width of the console, so that paths stay complete."""
-    table.width = console.measure(table, options=console.options.update(max_width=10_000)).maximum
-    console.print(table, crop=False)
+    """Print a table with each row on one line, regardless of the width of the console, so that paths stay complete.
+
+    Lines are not padded to the width of the table.
+    """
+    wide = console.options.update(width=10_000)
+    table.width = console.measure(table, options=wide).maximum
+    for segments in console.render_lines(table, wide, pad=False):
+        line = Text.assemble(*((segment.text, segment.style or "") for segment in segments))
+        line.rstrip()
+        console.print(line, soft_wrap=True)
 
 
 def print_files(console: Console, folder: Path) -> None:

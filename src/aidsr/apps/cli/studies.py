@@ -226,13 +226,23 @@ def print_comparison(console: Console, one: Study, other: Study) -> int:
         soft_wrap=True,
     )
     for study, rows in zip((one, other), compared.values(), strict=True):
-        note = other_episodes_in_words(study.plan, rows)
-        if note:
-            console.print(f"[yellow]{escape(study.path.name)}:[/] {note}", soft_wrap=True)
+        for note in (_left_out(study), other_episodes_in_words(study.plan, rows)):
+            if note:
+                console.print(f"[yellow]{escape(study.path.name)}:[/] {escape(note)}", soft_wrap=True)
     unlike = _unlike(one, other)
     if unlike:
         console.print(f"[yellow]The studies also differ in:[/] {escape('; '.join(unlike))}", soft_wrap=True)
     return 0
+
+
+def _left_out(study: Study) -> str:
+    """Return a sentence with the arms of a study that a comparison leaves out; empty if there are none."""
+    used, *unused = (arm.name for arm in study.plan.arms)
+    if not unused:
+        return ""
+    return (
+        f"only the first arm is compared: {used}, not {', '.join(unused)}. The report of the study compares its arms."
+    )
 
 
 def _unlike(one: Study, other: Study) -> list[str]:
