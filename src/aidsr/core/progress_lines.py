@@ -5,6 +5,9 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+INTERRUPTED = "Interrupted. Progress is kept"
+"""Beginning of the line of a training that is stopped."""
+
 _LINE = re.compile(r"(?P<doing>(?P<done>\d+) of (?P<of>\d+) (?:episodes ended|motions tried), .+)")
 _LEFT = re.compile(r"[;,] about (?P<left>(?:\d+(?:\.\d+)? (?:h|min|s) ?)+)left.*")
 _SECONDS = {"h": 3600.0, "min": 60.0, "s": 1.0}

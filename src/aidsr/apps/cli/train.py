@@ -10,6 +10,7 @@ from cyclopts.validators import Number
 
 from aidsr.apps.cli.flag import Flag
 from aidsr.core.config import BUDGET_STEPS, Protocol
+from aidsr.core.progress_lines import INTERRUPTED
 
 
 def train(
@@ -140,6 +141,6 @@ def train(
             successful = trainer.train(found, out if out is not None else found.home / "training", grouping)
     except KeyboardInterrupt:
         same = "the same command without --again" if again else "the same command"
-        console.print(f"\nInterrupted. Progress is kept; repeat {same} to continue", soft_wrap=True)
+        console.print(f"\n{INTERRUPTED}; repeat {same} to continue", soft_wrap=True)
         return 130
     return 0 if successful else 1

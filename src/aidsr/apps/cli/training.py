@@ -21,7 +21,7 @@ from aidsr.core.artifacts import Evaluation, PerturbedEpisodes
 from aidsr.core.config import VERDICT_EPISODES
 from aidsr.core.ends import evaluation_in_words
 from aidsr.core.formatting import format_check, format_time_left
-from aidsr.core.progress_lines import evaluation_line
+from aidsr.core.progress_lines import INTERRUPTED, evaluation_line
 
 if TYPE_CHECKING:
     from aidsr.api import DesignedScene
@@ -129,7 +129,7 @@ def train_designs(run: Run, *, steps: int, seeds: int) -> int:
             write_summary(run)
     except KeyboardInterrupt:
         write_summary(run)
-        console.print("\nInterrupted. Progress is kept; continue with", soft_wrap=True)
+        console.print(f"\n{INTERRUPTED}; continue with", soft_wrap=True)
         for design in left:
             command = ["aidsr", "train", str(design.path), "--steps", str(steps), "--seeds", str(seeds)]
             console.print(f"  {shlex.join(command)}", style="bold", markup=False, soft_wrap=True)

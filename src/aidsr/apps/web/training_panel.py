@@ -6,25 +6,23 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path, PurePosixPath
-from typing import Any, get_args
 
-from nicegui import app, ui
+from nicegui import ui
 
 from aidsr.apps.web.addresses import file_address
 from aidsr.apps.web.curve import curve_svg
-from aidsr.apps.web.form_values import whole_number
 from aidsr.apps.web.live import as_action, live, show_error, working
-from aidsr.apps.web.measure_form import measure_arguments, measure_field
 from aidsr.apps.web.recorded_episodes import Stage, record, replay_name, variation_of
 from aidsr.apps.web.site import Site
+from aidsr.apps.web.training_form import training_form
 from aidsr.apps.web.view3d import Episode
 from aidsr.apps.web.widgets import badge, box, button, fact, long_text, notice, text
 from aidsr.core.artifacts import EpisodeResult, Evaluation, PerturbedEpisodes
-from aidsr.core.config import BUDGET_STEPS, Protocol
 from aidsr.core.ends import evaluation_in_words
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import format_check, format_duration, format_time_left
-from aidsr.learn.rl.recipe import LEAST_TELLING, looks_hopeless, recipe_of
+from aidsr.core.progress_lines import INTERRUPTED
+from aidsr.learn.rl.recipe import looks_hopeless
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.trainings import CurveRow, Inspection, Training, read_curve, trainings_of, without_tests
 
@@ -35,17 +33,6 @@ _DOING = {
     "evaluating": "Evaluating the policy.",
     "judged": "Rendering videos, or repeating the evaluation.",
 }
-_DEFAULTS: dict[str, Any] = {
-    "steps": BUDGET_STEPS,
-    "seeds": 1,
-    "first_seed": 0,
-    "protocol": "best",
-    "task": "",
-    "films": True,
-}
-"""Defaults of `aidsr train`."""
-_INTERRUPTED = "Interrupted. Progress is kept"
-"""What `aidsr train` prints when it is stopped."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +102,7 @@ def _state(site: Site, run: Run, design: DesignFolder) -> _State:
         doing = f"{doing} {told.doing[0].upper()}{told.doing[1:]}."
     output_tail = "" if alive or _has_new_verdict(site, name, trainings) else site.processes.output_tail(name)
     stopped = "" if doing else _stopped(site.processes.command(name), trainings)
-    if stopped and _INTERRUPTED in output_tail:
+    if stopped and INTERRUPTED in output_tail:
         output_tail = ""  # that it was stopped is said already
     return _State(design.final_scene.path.exists(), doing, alive, output_tail, stopped)
 
@@ -193,7 +180,7 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
                     text(state.stopped)
                     again = as_action(lambda: site.processes.start(name, site.processes.command(name)))
                     button("Continue training", again, "primary", "play_arrow", "With the settings it was started with")
-            _start(site, run, design, name, is_first=not state.stopped)
+            training_form(site, run, design, name, is_first=not state.stopped)
             if state.output_tail:
                 text("Output of the last training:", "label")
                 long_text(state.output_tail, "last output", "last")
@@ -207,79 +194,6 @@ def _draw_trainings(site: Site, run: Run, design: DesignFolder, stage: Stage, tr
                 live(partial(_learning, site, run, design, training), partial(_draw_learning, training))
                 live(partial(_judged, run, training), partial(_draw_judged, site, training, stage))
                 live(partial(_read_inspection, training), partial(_inspection, training))
-
-
-def _start(site: Site, run: Run, design: DesignFolder, name: str, *, is_first: bool) -> None:
-    """Show the form of a training; `is_first` says whether starting it is the first thing to do."""
-    choices: dict[str, Any] = app.storage.user.setdefault("training", {})
-    for key, value in _DEFAULTS.items():
-        choices.setdefault(key, value)
-
-    def start() -> None:
-        words = ["--steps", str(whole_number("steps", choices["steps"], least=1))]
-        words += ["--seeds", str(whole_number("policies", choices["seeds"], least=1))]
-        words += ["--first-seed", str(whole_number("the first seed", choices["first_seed"], least=0))]
-        words += ["--protocol", str(choices["protocol"])]
-        words += [*measure_arguments(site, run, choices, name), *([] if choices["films"] else ["--no-videos"])]
-        site.processes.start(name, ["train", str(design.path), *words])
-
-    def follow() -> None:
-        hint.set_text(_hint(steps.value))
-        hint.set_visibility(bool(hint.text))
-        estimate.set_text(_estimate(design, choices))
-
-    with box("sheet stack"):
-        text("Train this design", tag="h2")
-        text(
-            "Trains a policy with reinforcement learning, then evaluates it on held-out variations of the task.",
-            "soft",
-            "p",
-        )
-        with box("form"):
-            steps = ui.number("Maximum steps", min=1, max=100_000_000, step=1000, precision=0, format="%d")
-            steps.props("outlined dense").bind_value(choices, "steps")
-            seeds = ui.number("Policies (trained in sequence)", min=1, max=100, precision=0, format="%d")
-            seeds.props("outlined dense").bind_value(choices, "seeds")
-        hint = ui.label().classes("small soft")
-        measure_field(run, choices)
-        ui.switch("Record videos of the best and the median held-out episode").bind_value(choices, "films")
-        with ui.expansion("More settings").props("dense dense-toggle").classes("full"), box("stack"):
-            with box("form"):
-                first_seed = ui.number("First seed", min=0, precision=0, format="%d")
-                first_seed.props("outlined dense").bind_value(choices, "first_seed")
-            with box("row"):
-                text("Training protocol", "small")
-                protocol = ui.toggle(list(get_args(Protocol)))
-                protocol.props('dense unelevated no-caps role=group aria-label="protocol"')
-                protocol.bind_value(choices, "protocol")
-                text('"best" is soft actor-critic; "paper" is PPO, for comparison.', "small soft")
-        with box("row"):
-            button("Start training", as_action(start), "primary" if is_first else "quiet", "play_arrow")
-            estimate = ui.label().classes("small soft")
-        for field in (steps, seeds, protocol):
-            field.on_value_change(follow)
-        follow()
-
-
-def _estimate(design: DesignFolder, choices: dict[str, Any]) -> str:
-    """Return how long learning takes at the speed of the design's last training; empty without such a training."""
-    algorithm = recipe_of(choices["protocol"]).algorithm
-    for training in reversed(trainings_of(design)):
-        recipe, result = (training.config.read() or {}).get("recipe") or {}, training.result.read() or {}
-        if recipe.get("algorithm") == algorithm and result.get("steps"):
-            step_s = result["wall_s"] / result["steps"]
-            left_s = step_s * (choices["steps"] or 0) * (choices["seeds"] or 0)
-            return f"At most about {format_duration(left_s)} of learning, at the speed of training {training.number}"
-    return ""
-
-
-def _hint(steps: float | None) -> str:
-    """Return what a budget of so few steps is good for; empty where it is large enough to tell something."""
-    return (
-        "So few steps only show how training works, not whether the robot learns."
-        if (steps or 0) < LEAST_TELLING
-        else ""
-    )
 
 
 def _draw_learning(training: Training, shown: _Learning) -> None:
