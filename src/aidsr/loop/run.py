@@ -17,9 +17,9 @@ from aidsr.core.text_files import read_text_file
 from aidsr.loop.ablations import ablate
 from aidsr.loop.early_stop import never_stop, no_progress
 from aidsr.loop.human import DecisionFile, PresetFeedback, approve
-from aidsr.loop.judge_images import motion_view
 from aidsr.loop.parts import Parts, Person
 from aidsr.loop.runner import Listen, run_designs
+from aidsr.loop.scene_pictures import motion_view
 from aidsr.loop.task_trial import check_trial, measure_again, trial_of
 from aidsr.loop.teams import check_effects, check_model, model_name, require_object, team_of
 from aidsr.memory import Memory

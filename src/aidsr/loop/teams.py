@@ -16,8 +16,8 @@ from aidsr.core.extras import require_extra
 from aidsr.core.model import Model, calls_tools
 from aidsr.core.roles import Team
 from aidsr.loop.budget import Budgeted, Ledger, Price, check_prices
-from aidsr.loop.judge_images import motion_view, pictures_of
 from aidsr.loop.parts import TeamFor
+from aidsr.loop.scene_pictures import motion_view, pictures_of
 from aidsr.runs import RecordedModel, Run
 from aidsr.teams.providers import ManualModel, connect, is_offline, price_usd, provider_of
 from aidsr.teams.providers.replay import ReplayedModel

@@ -26,9 +26,7 @@ _SHADOW_RADII = 3.0  # shadows are sharp within this many radii of the centre
 _PREFERENCE = 0.02  # additional share of visible geoms required to choose the next direction in the order
 _RAYS = 12  # rays in a row and in a column with which the apparent size of an object is measured
 _WELL_SEEN = 0.5  # sufficient apparent size / largest apparent size from any direction
-_SIDE_ON = (
-    0.5  # merit of seeing all of the robot's motion from the side; our choice: more than any rank, less than a target
-)
+_SIDE_ON = 0.5  # merit of seeing a motion fully from the side; our choice: above any rank, below a visible target
 _SITE_SLACK = 0.02  # hits this close to a site / distance do not count: a site lies on the surface of its body
 _ROOM_M = 0.1  # room beside objects shown without a robot; our choice: half the size of a built-in robot
 _MAX_TESTED_GEOMS = 60  # largest number of geoms that are tested for visibility

@@ -12,9 +12,9 @@ from aidsr.core.artifacts import ValidationReport
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
 from aidsr.examples import examples
-from aidsr.loop.judge_images import motion_view
 from aidsr.loop.run import create_run, make_brief, parts_of
 from aidsr.loop.runner import run_designs
+from aidsr.loop.scene_pictures import motion_view
 from aidsr.runs import read_status
 from aidsr.tasks import goal_task, load_task, parse_goal
 from aidsr.tasks.targets import targets_of
