@@ -72,6 +72,25 @@ def test_an_arm_without_a_success_has_no_tokens_a_success() -> None:
     assert titled(table([row(1)]), "arm")["tokens a successful design"] == "none succeeded"
 
 
+def test_valid_designs_that_win_too_little_to_be_tested_are_counted() -> None:
+    arm = titled(table([WON, row(2, valid=True, success_share=0.15), row(3, success_share=0.0)]), "arm")
+    assert (arm["valid"][:6], arm["untested"]) == ("2 of 3", "1")
+
+
+def test_designs_of_one_task_are_resampled_together() -> None:
+    """With three designs a task that agree, six tasks say as much as six designs, not as eighteen."""
+    tasks = ("incline", "gap", "stairs", "tunnel", "obstacles", "flat_ground")
+    rows = [
+        WON.model_copy(update={"task": f"locomotion/{task}", "design": design, "successful": at < 3})
+        for at, task in enumerate(tasks)
+        for design in (1, 2, 3)
+    ]
+    page = table(rows)
+    assert "the share of successful designs of `four-roles` is 17% to 83%." in page
+    assert titled(page, "arm")["successful"] == "9 of 18 (29% to 71%)"
+    assert "resampled" not in table(rows[:15])
+
+
 def test_the_floor_is_the_most_that_an_untrained_policy_wins_in_the_same_scene() -> None:
     floor = Floor(scene_sha256="a", wins={"idle": 0, "constant": 3, "random 25 Hz": 1}, episodes=20, commit="c")
     assert titled(table([WON], [floor]), "task | arm")["floor"] == "15%"
