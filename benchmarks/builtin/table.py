@@ -170,13 +170,15 @@ def _recipe(protocol: Protocol) -> dict[str, Any]:
 def _comparable(row: Row) -> dict[str, Any] | None:
     """Return a row's recipe as far as it decides whether the row fits a table.
 
-    Older ones, without the fields `script` and `correction`, get the default: no script. Policies from before deep
-    overlap was penalized stay in the table, which says how many there are.
+    A script was found by the protocol's own search, because the plan gives none. Older recipes, without the field
+    `correction`, get its default. Policies from before deep overlap was penalized stay in the table, which says how
+    many there are.
     """
     if row.recipe is None:
         return None
     today = _recipe(_protocol_of(row))
-    return Recipe().model_dump(mode="json", include={"script", "correction"}) | row.recipe | {_PENALTY: today[_PENALTY]}
+    same = {name: today[name] for name in ("script", _PENALTY)}
+    return Recipe().model_dump(mode="json", include={"correction"}) | row.recipe | same
 
 
 def plan_of(rows: Sequence[Row]) -> StudyPlan:
@@ -370,7 +372,7 @@ def table(plan: StudyPlan, rows: Sequence[Row], out: str = _OUT) -> str:
         f"at most {plan.steps:,} control steps a policy{_protocol_in_words(plan)}; "
         f"the benchmark's budget is {BUDGET_STEPS:,}. "
         f"A policy is judged on {' or '.join(map(str, counts))} held-out episodes.{_made_with(rows)}"
-        f"{_unaware_of_overlap(rows)}",
+        f"{_unaware_of_overlap(rows)}{_motions(rows)}",
         "",
         f"{sample_in_words(plan.tasks)}{_earlier(plan)}",
         "",
@@ -437,6 +439,12 @@ def _unaware_of_overlap(rows: Sequence[Row]) -> str:
     unaware = [row for row in rows if row.steps and row.recipe and not row.recipe.get(_PENALTY)]
     count = sum(_protocol_of(row) == "best" for row in unaware)
     return f" {count} of the policies were trained before `best` penalized deep overlap." if count else ""
+
+
+def _motions(rows: Sequence[Row]) -> str:
+    """Return a sentence on the policies that are a motion of the protocol's search; empty if there are none."""
+    count = sum(bool(row.recipe and row.recipe.get("script")) for row in rows)
+    return f" {count} of the policies are an open-loop motion of a probe that learning did not beat." if count else ""
 
 
 def _earlier(plan: StudyPlan) -> str:

@@ -175,6 +175,14 @@ def test_a_row_of_before_there_were_scripts_keeps_its_place(program):
     assert program._fitting(row, plan, PATH) == row
 
 
+def test_a_policy_that_is_a_motion_of_the_search_stays_and_is_counted(program):
+    learned, found = outcome(program, recipe=BEST), outcome(program, recipe=BEST | {"script": "pull: 1"}, design=2)
+    plan = program.plan_of([learned, found])
+    assert program._fitting(found, plan, PATH) == found
+    assert "1 of the policies are an open-loop motion" in program.table(plan, [learned, found])
+    assert "open-loop" not in program.table(plan, [learned])
+
+
 def test_policies_of_before_deep_overlap_was_penalized_stay_and_are_counted(program):
     before = outcome(program, recipe={name: value for name, value in BEST.items() if name != "overlap_penalty"})
     after = outcome(program, recipe=BEST, design=2)
