@@ -1,14 +1,20 @@
-"""`aidsr` offers functions that take a path, a text or an object."""
+"""`aidsr` offers functions that take a path, a text or an object, and the arguments of the command line."""
 
+import dataclasses
+import inspect
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
+from typing import get_args, get_type_hints
 
 import pytest
 
 import aidsr
 from aidsr.api import find_scene
 from aidsr.core.artifacts import Outcome, Robot
+from aidsr.core.config import Budget, RunConfig, run_settings
 from aidsr.core.errors import MjcfError, UserError
+from aidsr.loop.run import create_run, make_brief
 from aidsr.runs import Run
 from aidsr.runs.folders import DesignFolder
 
@@ -23,7 +29,7 @@ ARM = """<mujoco>
 def test_all_public_names_exist_and_nothing_else() -> None:
     assert dir(aidsr) == sorted(aidsr.__all__)
     assert all(hasattr(aidsr, name) for name in aidsr.__all__)
-    with pytest.raises(AttributeError, match="it offers Model, Run, RunConfig"):
+    with pytest.raises(AttributeError, match="it offers Evolution, Library, Memory, Model, Run"):
         aidsr.nothing  # noqa: B018 - the name is looked up
 
 
@@ -156,9 +162,80 @@ def test_one_name_needs_no_list_and_a_report_stands_for_its_faults() -> None:
     assert aidsr.fix(ARM, only="inverted_ranges") == aidsr.fix(ARM, only=["inverted_ranges"])
 
 
-def test_a_run_is_given_as_a_string_or_a_path(tmp_path: Path) -> None:
-    assert aidsr.Run(str(tmp_path)) == aidsr.Run(tmp_path)
-    assert aidsr.Run(str(tmp_path)).design(1).path == tmp_path / "designs" / "1"
+@pytest.mark.parametrize("kind", [aidsr.Run, aidsr.Library, aidsr.Memory, aidsr.Evolution])
+def test_a_folder_or_file_is_given_as_a_string_or_a_path(kind: type, tmp_path: Path) -> None:
+    assert kind(str(tmp_path)) == kind(tmp_path)
+    assert kind(str(tmp_path)).path == tmp_path
+    with pytest.raises(TypeError, match="must be given as the path of"):
+        kind(5)
+
+
+def test_runs_are_listed_and_read_from_their_folders(tmp_path: Path) -> None:
+    run = create_run(make_brief(task="button_pushing"), RunConfig(), level="standard", runs=tmp_path)
+    assert aidsr.Library(str(tmp_path)).runs() == (run,)
+    for given in (run, run.path, str(run.path)):
+        assert aidsr.read_status(given).record.task == "reaching/button_pushing"
+        assert aidsr.lessons_of(given) == ()
+    folder = run.design(1).path / "training" / "001"
+    folder.mkdir(parents=True)
+    (folder / "config.json").write_text("{}")
+    for design in (run.design(1), str(run.design(1).path)):
+        assert [training.path for training in aidsr.trainings_of(design)] == [folder]
+
+
+LIMITS = set(Budget.model_fields)
+STUDY_ONLY_SETTINGS = RunConfig.model_fields.keys() - run_settings().keys()
+ALONE: dict[str, tuple[set[str], set[str]]] = {
+    "design": (LIMITS | {"dry_run", "train", "steps", "seeds"}, STUDY_ONLY_SETTINGS | {"budget", "config", "listen"}),
+    "resume": (LIMITS, {"budget", "model", "listen"}),
+    "probe": ({"out", "film", "json"}, {"groups", "listen"}),
+    "train": ({"seeds", "first_seed", "evaluate", "videos"}, {"seed", "listen"}),
+    "evaluate": ({"json"}, {"listen"}),
+    "export": (set(), set()),
+    "benchmark": ({"dry_run", "max_cost", "max_tokens"}, {"budget", "listen"}),
+    "evolve": (
+        LIMITS,
+        STUDY_ONLY_SETTINGS | {"budget", "config", "listen", "follow", "task_feedback", "memory", "human"},
+    ),
+}
+"""By command: options that only the command line has, and arguments that only Python has."""
+SAID_BY_NONE = {"tasks": "all", "model": "builtin", "method": "full", "script": "own"}
+"""Defaults that one of the two states as None."""
+
+
+def defaults_of_command(name: str) -> dict[str, object]:
+    command = getattr(import_module(f"aidsr.apps.cli.{name}"), name)
+    found: dict[str, object] = {}
+    for option, hint in list(get_type_hints(command).items())[1:]:
+        if option == "return":
+            continue
+        group = next((kind for kind in (hint, *get_args(hint)) if dataclasses.is_dataclass(kind)), None)
+        many = {each.name: each.default for each in dataclasses.fields(group)} if group else {}
+        found |= many or {option: inspect.signature(command).parameters[option].default}
+    return found
+
+
+def defaults_of_function(name: str) -> dict[str, object]:
+    settings = {field: info.default for field, info in RunConfig.model_fields.items()}
+    found: dict[str, object] = {}
+    for parameter in list(inspect.signature(getattr(aidsr, name)).parameters.values())[1:]:
+        is_any_setting = parameter.kind is parameter.VAR_KEYWORD
+        found = settings | found if is_any_setting else found | {parameter.name: parameter.default}
+    return found
+
+
+@pytest.mark.parametrize("name", ALONE)
+def test_a_function_has_the_arguments_and_defaults_of_its_command(name: str) -> None:
+    told, known = defaults_of_command(name), defaults_of_function(name)
+    assert (told.keys() - known.keys(), known.keys() - told.keys()) == ALONE[name]
+
+    def shown(option: str, value: object) -> object:
+        if value in (None, "", ()):
+            return SAID_BY_NONE.get(option)
+        return str(value) if isinstance(value, Path) else value
+
+    shared = sorted(told.keys() & known.keys())
+    assert [(one, shown(one, told[one])) for one in shared] == [(one, shown(one, known[one])) for one in shared]
 
 
 def test_a_refused_design_is_called_refused_with_its_reason(tmp_path: Path) -> None:

@@ -5,12 +5,13 @@ from pathlib import Path
 
 import pytest
 
+import aidsr
 from aidsr.apps.cli import main
 from aidsr.core.artifacts import EpisodeResult, Evaluation
 from aidsr.core.calls import Usage
 from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import UserError
-from aidsr.evolution import Evolution, Plan, begin, evolve, generations
+from aidsr.evolution import Evolution, Plan, begin, generations, run_generations
 from aidsr.loop import runner
 from aidsr.memory import Lesson
 from aidsr.runs import Run
@@ -43,7 +44,8 @@ def begun(folder: Path, **changes: object) -> Evolution:
 
 def test_each_generation_is_told_what_the_ones_before_measured(tmp_path: Path, designs: list[tuple[int, str]]) -> None:
     evolution, lines = begun(tmp_path), []
-    best = evolve(evolution, lines.append)
+    run_generations(evolution, lines.append)
+    best = evolution.best
     assert designs == [(0, ""), (1, "archive.jsonl"), (2, "archive.jsonl")]
     assert best is not None
     assert best.progress == pytest.approx(0.9)
@@ -59,9 +61,9 @@ def test_each_generation_is_told_what_the_ones_before_measured(tmp_path: Path, d
 def test_one_that_was_stopped_goes_on_and_may_get_more_generations(
     tmp_path: Path, designs: list[tuple[int, str]]
 ) -> None:
-    evolve(begun(tmp_path, generations=1))
-    evolve(begun(tmp_path, generations=2))
-    evolve(begun(tmp_path, generations=2))
+    run_generations(begun(tmp_path, generations=1))
+    run_generations(begun(tmp_path, generations=2))
+    run_generations(begun(tmp_path, generations=2))
     assert [seed for seed, _ in designs] == [0, 1]
     with pytest.raises(UserError, match="another plan"):
         begun(tmp_path, train=1)
@@ -80,13 +82,14 @@ def test_it_ends_when_a_policy_wins(
 
     monkeypatch.setattr(import_module("aidsr.learn.rl.short_training"), "train_briefly", train)
     evolution = begun(tmp_path, train=1, steps=500)
-    best = evolve(evolution)
+    run_generations(evolution)
+    best = evolution.best
     assert [seed for seed, _ in designs] == [0, 1]  # the first did not come far enough for a training
     assert [each[1:] for each in trained] == [(500, "gap")]
     assert best is not None
     assert (best.policy_success, best.evidence) == (0.5, evolution.archive.lessons()[-1].evidence)
     assert "| 50% |" in (evolution.path / "report.md").read_text()
-    evolve(evolution)
+    run_generations(evolution)
     assert len(trained) == 1
 
 
@@ -126,7 +129,9 @@ def test_it_ends_with_any_robot_that_does_the_job_and_shows_the_best_one(
     done = Lesson(name="done", progress=1.0, least=1.0, evidence="a/designs/2/01", **measured)
     monkeypatch.setattr(generations, "lessons_of", lambda _run: (best, done))
     lines: list[str] = []
-    assert evolve(begun(tmp_path), lines.append) == best
+    evolution = begun(tmp_path)
+    run_generations(evolution, lines.append)
+    assert (evolution.best, evolution.done) == (best, True)
     assert lines == ["generation 1: best comes to 0.90"]
     with pytest.raises(SystemExit) as ended:
         main(["evolve", "--task", "gap", "--out", str(tmp_path / "command"), "--generations", "2"])
@@ -155,9 +160,54 @@ def test_the_budget_is_that_of_all_generations(
 
     monkeypatch.setattr(generations, "read_status", lambda _run: Spent)
     evolution, lines = begun(tmp_path, config=CONFIG.updated({"budget": Budget(tokens=1000)})), []
-    evolve(evolution, lines.append)
+    run_generations(evolution, lines.append)
     assert [run.asked().config.budget.tokens for run in evolution.generations().values()] == [1000, 400]
     assert lines[-1] == "generation 3: the budget is spent"
+
+
+def test_from_python_it_is_one_call_and_its_folder_is_read_again(
+    tmp_path: Path, designs: list[tuple[int, str]]
+) -> None:
+    lines: list[str] = []
+    asked = {"task": "gap", "generations": 2, "out": str(tmp_path / "evolution"), "concepts": 1, "seed": 1}
+    evolution = aidsr.evolve(**asked, listen=lines.append)
+    assert designs == [(1, ""), (2, "archive.jsonl")]
+    assert [line.partition(":")[0] for line in lines] == [
+        "The built-in rules read no lessons",
+        "generation 1",
+        "generation 2",
+    ]
+    again = aidsr.Evolution(str(tmp_path / "evolution"))
+    assert again == evolution
+    assert again.best is not None
+    assert again.best.progress == pytest.approx(0.9)
+    assert not again.done
+    assert aidsr.evolve(**{**asked, "generations": 3}, listen=lines.append) == evolution
+    assert [seed for seed, _ in designs] == [1, 2, 3]
+
+
+MISTAKES: list[tuple[dict[str, object], type[Exception], str]] = [
+    ({"objective": "reach it"}, UserError, "an evolution requires a measure of success; name a task, or give a goal"),
+    ({"task": "gap", "memory": "lessons.jsonl", "model": "test:x"}, UserError, "an evolution keeps a memory of its"),
+    ({"task": "gap", "human": True}, UserError, "an evolution keeps a memory of its own and asks no person; leave out"),
+    ({"task": "gap", "generations": 0}, UserError, "generations must be at least 1: 0"),
+    ({"task": "gap", "train": 0.5}, TypeError, "train must be a whole number, not 0.5"),
+    ({"task": "gap", "concept": 1}, UserError, "unknown setting: concept; did you mean concepts?"),
+    ({"task": "gap", "out": 5}, TypeError, "out must be the path of a folder, not 5"),
+    ({"task": "gpa"}, UserError, 'unknown task "gpa"; did you mean "locomotion/gap"?'),
+    ({"task": "gap", "level": "easy"}, UserError, "invalid level"),
+    ({"task": "gap", "generations": 2000}, UserError, "invalid generations"),
+]
+
+
+@pytest.mark.parametrize(("asked", "kind", "sentence"), MISTAKES)
+def test_a_mistake_in_python_is_one_sentence_and_leaves_nothing(
+    asked: dict[str, object], kind: type[Exception], sentence: str, tmp_path: Path
+) -> None:
+    with pytest.raises(kind) as caught:
+        aidsr.evolve(**{"out": tmp_path / "evolution", **asked})
+    assert str(caught.value).startswith(sentence)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_what_cannot_be_evolved_is_refused_in_a_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

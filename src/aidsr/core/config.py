@@ -7,7 +7,7 @@ web app; its bounds apply everywhere; its default is used for files written befo
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import Field, ValidationError
 from pydantic.fields import FieldInfo
@@ -60,6 +60,9 @@ with one model that measures instead of the four roles ("measuring")."""
 Protocol = Literal["best", "paper"]
 """How a policy is trained, see `aidsr.learn.rl.recipe.PROTOCOLS`. "best" is soft actor-critic with held actions;
 studies, tables and the benchmark use it. "paper" is PPO, for comparison with published results and old study plans."""
+
+
+Kind = TypeVar("Kind", bound=Artifact)
 
 
 class Budget(Artifact):
@@ -317,8 +320,17 @@ def checked_config(settings: Mapping[str, Any]) -> RunConfig:
             near = closest_name(name, RunConfig.model_fields)
             hint = f"did you mean {near}?" if near else f"settings are {', '.join(RunConfig.model_fields)}"
             raise UserError(f"unknown setting: {name}; {hint}")
+    return checked(RunConfig, settings)
+
+
+def checked(kind: type[Kind], values: Mapping[str, Any]) -> Kind:
+    """Return an artifact with these values, which a user gave as arguments.
+
+    Raises:
+        UserError: A value is out of bounds or has the wrong type.
+    """
     try:
-        return RunConfig.model_validate(dict(settings))
+        return kind.model_validate(dict(values))
     except ValidationError as error:
         first = error.errors()[0]
         name = ".".join(str(part) for part in first["loc"])

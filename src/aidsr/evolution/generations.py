@@ -21,6 +21,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from aidsr.core.arguments import check_type
 from aidsr.core.artifacts import SUCCESSFUL_SHARE, Artifact, Evaluation
 from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import IsolationError, MjcfError, UserError
@@ -69,11 +70,24 @@ class Plan(Artifact):
         return any(self.done_by(lesson) for lesson in lessons)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Evolution:
-    """The folder of an evolution."""
+    """The folder of an evolution.
+
+        evolution = aidsr.Evolution("evolution")
+        print(evolution.done, evolution.best.text())
+        lessons = [lesson.model_dump() for lesson in evolution.archive.lessons()]   # records for a table
+
+    Raises:
+        TypeError: `path` has another type.
+    """
 
     path: Path
+    """Folder with the runs of the generations (runs/), the archive and report.md."""
+
+    def __init__(self, path: str | Path) -> None:
+        check_type(path, (str, Path), "an evolution must be given as the path of its folder")
+        object.__setattr__(self, "path", Path(path))
 
     @property
     def plan(self) -> JsonFile[Plan]:
@@ -109,6 +123,16 @@ class Evolution:
         first = self.asked().config.seed
         oldest_first = reversed(Library(self.path / "runs").runs())
         return dict(sorted({run.asked().config.seed - first + 1: run for run in oldest_first}.items()))
+
+    @property
+    def best(self) -> Lesson | None:
+        """The best lesson of all generations; None if nothing was measured."""
+        return _best(self.archive.lessons())
+
+    @property
+    def done(self) -> bool:
+        """Whether a robot does the job, see `Plan.done_by`."""
+        return self.asked().is_done(self.archive.lessons())
 
     def training(self, lesson: Lesson) -> JsonFile[Evaluation]:
         """Return the file with the evaluation of a short training of the scene of a lesson."""
@@ -146,6 +170,10 @@ def begin(folder: Path, plan: Plan, *, environment: str | Path = "", goal: str |
             raise UserError(f"{folder} holds an evolution with another plan (evolve.json); name another folder")
         replace_file(evolution.plan.path, plan.model_dump_json(indent=2).encode() + b"\n")
         return evolution
+    if not (plan.task or goal):
+        raise UserError("an evolution requires a measure of success; name a task, or give a goal file")
+    if plan.config.memory or plan.config.human:
+        raise UserError("an evolution keeps a memory of its own and asks no person; leave out memory and human")
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise UserError(f"{folder} is not the folder of an evolution: evolve.json not found; name a new folder")
     make_brief(plan.objective, task=plan.task, level=plan.level, environment=environment, goal=goal)
@@ -158,11 +186,11 @@ def begin(folder: Path, plan: Plan, *, environment: str | Path = "", goal: str |
     return evolution
 
 
-def evolve(
+def run_generations(
     evolution: Evolution,
     listen: Callable[[str], None] = lambda _line: None,
     follow: Listen = lambda _design, _event: None,
-) -> Lesson | None:
+) -> None:
     """Run an evolution until a robot does the job, the last generation is finished or the budget is spent.
 
     Call it again to continue an evolution that was stopped or killed; finished work is not repeated.
@@ -171,9 +199,6 @@ def evolve(
         evolution: The evolution.
         listen: Called with a line of text about each generation and each short training.
         follow: Called with the events of the runs.
-
-    Returns:
-        The best lesson; None if nothing was measured.
 
     Raises:
         UserError: The folder is not the folder of an evolution, or one of its files is damaged.
@@ -196,7 +221,6 @@ def evolve(
         listen(f"generation {number}: " + (f"{best.name} comes to {best.progress:.2f}" if best else "nothing measured"))
         if plan.is_done(lessons):
             break
-    return _best(evolution.archive.lessons())
 
 
 def _new_generation(evolution: Evolution, plan: Plan, number: int, begun: Mapping[int, Run]) -> Run | None:

@@ -25,6 +25,7 @@ from aidsr.loop.teams import check_effects, check_model, model_name, require_obj
 from aidsr.memory import Memory
 from aidsr.runs import EventLog, Run, RunRecord, new_run, read_status
 from aidsr.runs.files import replace_file
+from aidsr.runs.folders import as_run
 from aidsr.runs.origin import require_ours
 from aidsr.teams.providers import absolute_name, connect, destination
 from aidsr.teams.providers.replay import REPLAY, ReplayedModel
@@ -113,7 +114,7 @@ def resume(
             not that of the run.
         ModelError: The language model could not be reached before there were concepts.
     """
-    found = run if isinstance(run, Run) else Run(run)
+    found = as_run(run)
     client = _same_model(found, model)
     require_object(found, client)
     if budget is not None:

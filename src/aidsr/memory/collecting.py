@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator
+from pathlib import Path
 
 from aidsr.core.artifacts import Brief, Concept, Robot, TaskReport
 from aidsr.core.provenance import commit
@@ -11,16 +12,22 @@ from aidsr.memory.lesson import Lesson, designer_of
 from aidsr.memory.sessions import lessons_of_session
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.compare import attempted, compare
+from aidsr.runs.folders import as_run
 from aidsr.runs.record import RunRecord
 from aidsr.runs.status import newest
 
 
-def lessons_of(run: Run) -> tuple[Lesson, ...]:
+def lessons_of(run: str | Path | Run) -> tuple[Lesson, ...]:
     """Return the lessons of a run with `task_feedback` or of the measuring team; empty if it used neither.
 
+    Args:
+        run: The run, or its folder.
+
     Raises:
+        TypeError: `run` has another type.
         UserError: The folder is not a run, or one of its files is damaged.
     """
+    run = as_run(run)
     asked, brief = run.asked(), run.brief()
     return tuple(lesson for design in run.designs for lesson in _of_design(run, design, asked, brief))
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
+from aidsr.core.arguments import check_type
 from aidsr.core.artifacts import Base
 from aidsr.core.errors import UserError
 from aidsr.core.text_files import read_text_file
@@ -25,11 +26,24 @@ _LARGE_STEP = 0.15
 """Change in progress above which a change is instructive. Our choice: above the spread of a trial over seeds."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Memory:
-    """A file of lessons, one JSON object per line."""
+    """A file of lessons, one JSON object per line.
+
+        memory = aidsr.Memory("lessons.jsonl")
+        memory.add(aidsr.lessons_of(run))               # a run with task_feedback, or of the measuring team
+        run = aidsr.design(task="tunnel", model="openai:gpt-5", memory="lessons.jsonl")
+        records = [lesson.model_dump() for lesson in memory.lessons()]
+
+    Raises:
+        TypeError: `path` has another type.
+    """
 
     path: Path
+
+    def __init__(self, path: str | Path) -> None:
+        check_type(path, (str, Path), "a memory must be given as the path of its file")
+        object.__setattr__(self, "path", Path(path))
 
     def lessons(self) -> tuple[Lesson, ...]:
         """Return all lessons; none if the file does not exist.

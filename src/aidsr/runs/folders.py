@@ -305,6 +305,15 @@ class Run:
             raise UserError(f"the brief in {self.path} cannot be read ({reason}); start the design again") from None
 
 
+def as_run(run: str | Path | Run) -> Run:
+    """Return a run that is given as an object or by its folder.
+
+    Raises:
+        TypeError: It is given as something else.
+    """
+    return run if isinstance(run, Run) else Run(run)
+
+
 def new_run(runs: Path, record: RunRecord, brief: Brief, goal: bytes = b"") -> Run:
     """Create the folder of a new run under `runs`; run.json is written last, and the folder counts as a run from then.
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
+from aidsr.core.arguments import check_type
 from aidsr.core.errors import UserError
 from aidsr.core.plain_tree import require_plain_tree
 from aidsr.runs.events import at_work
@@ -17,11 +18,22 @@ _NAME = re.compile(r"\w[\w .+()-]{0,199}(?<! )")
 """Pattern of valid run names: no path separator, no leading dot, no "..", no trailing space."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Library:
-    """All runs in one folder. Names of runs are untrusted input and are checked before use."""
+    """All runs in one folder. Names of runs are untrusted input and are checked before use.
+
+        for run in aidsr.Library("runs").runs():
+            print(run.name, aidsr.read_status(run).approved)
+
+    Raises:
+        TypeError: `path` has another type.
+    """
 
     path: Path
+
+    def __init__(self, path: str | Path) -> None:
+        check_type(path, (str, Path), "a library must be given as the path of a folder of runs")
+        object.__setattr__(self, "path", Path(path))
 
     def runs(self) -> tuple[Run, ...]:
         """Return all runs, newest first, including folders that were copied here."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from datetime import datetime
+from pathlib import Path
 from typing import Literal, TypeVar
 
 from aidsr.core.artifacts import Artifact, Decision, Outcome
@@ -19,7 +20,7 @@ from aidsr.runs.events import (
     read_events,
     working_time_s,
 )
-from aidsr.runs.folders import DesignFolder, IterationFolder, Run
+from aidsr.runs.folders import DesignFolder, IterationFolder, Run, as_run
 from aidsr.runs.record import RunRecord
 
 Value = TypeVar("Value")
@@ -93,16 +94,22 @@ class RunStatus(Artifact):
         return found
 
 
-def read_status(run: Run, now: datetime | None = None) -> RunStatus:
-    """Return the status of a run from its files.
+def read_status(run: str | Path | Run, now: datetime | None = None) -> RunStatus:
+    """Return the status of a run from its files: its designs with state, faults, outcome, tokens, cost and time.
+
+        status = aidsr.read_status("runs/2026-01-31_1002_button_pushing_7f3a")
+        print(status.state, status.approved, status.usage.cost_usd)
+        table = pandas.json_normalize([design.model_dump() for design in status.designs])
 
     Args:
-        run: The run.
+        run: The run, or its folder.
         now: Time up to which running steps are counted; None counts up to the last event.
 
     Raises:
+        TypeError: `run` has another type.
         UserError: The folder is not a run, or one of its files is damaged.
     """
+    run = as_run(run)
     record = run.asked()
     events = read_events(run.events)
     proposing_s = _proposing_s(events, now)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from aidsr.core.arguments import check_type
 from aidsr.core.artifacts import Artifact, Evaluation
 from aidsr.core.directory_lock import LOCK_FILE
 from aidsr.core.errors import UserError
@@ -138,9 +139,20 @@ class Training:
         return tuple(BytesFile(self.path / name) for name in ("best.npz", "median.npz") if (self.path / name).exists())
 
 
-def trainings_of(design: DesignFolder) -> tuple[Training, ...]:
-    """Return the trainings of a design, in order."""
-    folder = design.path / "training"
+def trainings_of(design: str | Path | DesignFolder) -> tuple[Training, ...]:
+    """Return the trainings of a design, in order.
+
+        for training in aidsr.trainings_of(run.design(1)):
+            print(training.number, training.result.read(), training.evaluation.read())
+
+    Args:
+        design: A design, or its folder.
+
+    Raises:
+        TypeError: `design` has another type.
+    """
+    check_type(design, (str, Path, DesignFolder), "design must be a design or its folder")
+    folder = (design.path if isinstance(design, DesignFolder) else Path(design)) / "training"
     return tuple(Training(path) for path in numbered_in(folder) if (path / "config.json").exists())
 
 

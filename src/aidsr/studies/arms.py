@@ -9,8 +9,9 @@ from typing import Any, Literal, get_args
 
 from pydantic import ValidationError
 
-from aidsr.core.config import Method, Protocol, RunConfig, StudyMethod
+from aidsr.core.config import Method, Protocol, RunConfig, StudyMethod, checked_config
 from aidsr.core.errors import UserError
+from aidsr.core.suggestions import closest_name
 from aidsr.core.text_files import parse_toml, read_text_file
 from aidsr.studies.file_errors import first_error
 from aidsr.studies.study import Arm, StudyPlan, versions_now
@@ -42,8 +43,7 @@ def _baseline(name: Baseline, search_robots: int) -> Arm:
     arm = _BASELINES[name]
     if name != "search":
         return arm
-    config = RunConfig.model_validate({**arm.config.model_dump(), "search_robots": search_robots})
-    return arm.model_copy(update={"config": config})
+    return arm.model_copy(update={"config": arm.config.updated({"search_robots": search_robots})})
 
 
 def make_plan(
@@ -131,8 +131,11 @@ def make_arms(
         search_robots: Number of robots that the search tries for each design, a multiple of eight.
 
     Raises:
-        UserError: A method needs another method, or a person's feedback, that was not given.
+        UserError: A name is unknown, a number is out of bounds, or a method needs another method, or a person's
+            feedback, that was not given.
     """
+    _require_known("method", ways, get_args(StudyMethod))
+    _require_known("baseline", baselines, get_args(Baseline))
     lacking = [way for way in ways if way in _SAME_DESIGNS]
     if lacking and "full" not in ways[: ways.index(lacking[0])]:
         raise UserError(
@@ -155,8 +158,15 @@ def _arm(model: str, way: StudyMethod, concepts: int, feedback: Mapping[str, str
         grouping="off" if way == "no_groups" else "auto",
         from_probe=way == "from_probe",
         # the paper counts iterations, so a design must not end before they are used up
-        config=RunConfig(model=model, concepts=concepts, early_stop=False).model_copy(update=changed),
+        config=checked_config({"model": model, "concepts": concepts, "early_stop": False, **changed}),
     )
+
+
+def _require_known(kind: str, names: Sequence[str], known: Sequence[str]) -> None:
+    for name in names:
+        if name not in known:
+            near = closest_name(name, known)
+            raise UserError(f"no such {kind}: {name}; {f'did you mean {near}?' if near else ', '.join(known)}")
 
 
 _MAX_BYTES = 2**20

@@ -36,8 +36,11 @@ def check_budget(study: Study, budget: Budget) -> None:
     """Refuse a limit that could not be enforced.
 
     Raises:
-        UserError: The cost is limited and the price of a model is unknown, or an arm has a limit of its own.
+        UserError: The limit is one for each design, the cost is limited and the price of a model is unknown, or an arm
+            has a limit of its own.
     """
+    if budget != budget.model_copy(update={"tokens_per_design": None, "cost_per_design_usd": None}):
+        raise UserError("the limits of a study are for all its runs together; give tokens or cost_usd, none per design")
     for arm in study.plan.arms:
         if not is_offline(arm.config.model):
             check_prices(budget, arm.config.model, price_of(arm.config.model))

@@ -18,6 +18,7 @@ from aidsr.runs.files import replace_file
 from aidsr.studies import plots
 from aidsr.studies.gallery import gallery
 from aidsr.studies.outcomes import DesignRow, count_repairs, read_outcomes, read_repairs
+from aidsr.studies.records import COLUMNS, record_of
 from aidsr.studies.runner import read_failures
 from aidsr.studies.study import Study, StudyPlan
 from aidsr.studies.tables import (
@@ -57,16 +58,9 @@ def table_markdown(lines: Sequence[Line], *, trained: bool = True) -> str:
 def raw_csv(rows: Sequence[DesignRow]) -> str:
     """Return the raw rows as CSV, one for each design, with its evaluations aggregated."""
     out = io.StringIO()
-    fields = ["arm", "task", "run", "design", "family", "outcome", "stable", "valid", "successful", "episodes_share"]
-    fields += ["probe_progress", "iterations", "input_tokens", "output_tokens", "cost_usd", "latency_s", "steps"]
-    fields += ["resumed", "motions", "won_by_mean_action"]
-    writer = csv.DictWriter(out, [*fields, "training_s"], lineterminator="\n")
+    writer = csv.DictWriter(out, COLUMNS, lineterminator="\n")
     writer.writeheader()
-    for row in rows:
-        plain = {name: getattr(row, name) for name in fields if hasattr(row, name)}
-        usage = {name: getattr(row.usage, name) for name in ("input_tokens", "output_tokens", "cost_usd")}
-        share = row.episodes_share if row.evaluations else ""
-        writer.writerow({**plain, **usage, "episodes_share": share, "training_s": round(row.training_s, 1)})
+    writer.writerows({**record_of(row), "training_s": round(row.training_s, 1)} for row in rows)
     return out.getvalue()
 
 

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
 
+from aidsr.core.arguments import check_type
 from aidsr.core.artifacts import Artifact
 from aidsr.core.config import BUDGET_STEPS, VERDICT_EPISODES, Method, Protocol, RunConfig
 from aidsr.core.errors import UserError
@@ -212,18 +213,28 @@ def create_study(path: Path, plan: StudyPlan) -> Study:
 def require_study_is_ours(study: Study, *, trust: bool) -> None:
     """Refuse to resume a study that was made elsewhere and sends data to other machines, unless the user trusts it.
 
+    A study whose folder does not exist yet is not refused.
+
     Raises:
         ForeignFolderError: The study is such a study and `trust` is false.
     """
+    if not (study.path / "study.toml").exists():
+        return
     require_ours(study.path / "study.toml", [destination(arm.config.model) for arm in study.plan.arms], trust=trust)
 
 
-def open_study(path: Path) -> Study:
+def open_study(path: str | Path) -> Study:
     """Return the study in a folder.
 
+        study = aidsr.open_study("studies/first")
+        print(study.plan.tasks, [arm.name for arm in study.plan.arms])
+
     Raises:
+        TypeError: `path` has another type.
         UserError: The folder holds no study, its plan cannot be read, or it contains links or other special files.
     """
+    check_type(path, (str, Path), "a study must be given as the path of its folder")
+    path = Path(path)
     if not (path / "study.toml").exists():
         a_run = f"; it is a run: aidsr show {shlex.quote(str(path))}" if (path / "run.json").exists() else ""
         raise UserError(f"{path} is not a study folder: study.toml not found{a_run}")
@@ -235,6 +246,11 @@ def open_study(path: Path) -> Study:
         raise UserError(f"{path / 'study.toml'} is not a study plan: {first_error(error)}; {_RESTORE}") from None
     except ValueError as error:
         raise UserError(f"{path / 'study.toml'} cannot be read as TOML: {error}; {_RESTORE}") from None
+
+
+def as_study(study: str | Path | Study) -> Study:
+    """Return a study that is given as an object or by its folder; errors are those of `open_study`."""
+    return study if isinstance(study, Study) else open_study(study)
 
 
 _MAX_BYTES = 4 * 2**20

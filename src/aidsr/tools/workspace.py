@@ -13,9 +13,12 @@ from typing import Literal
 
 from pydantic_core import from_json, to_json
 
+from aidsr.core.arguments import check_type
 from aidsr.core.artifacts import ActuatorGroup, Artifact, Base, Brief, Placement, Robot, Scene
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import excerpt
+from aidsr.runs.folders import DesignFolder, Run
+from aidsr.runs.status import newest
 from aidsr.tasks import Level, Task, goal_task, load_task, read_goal
 from aidsr.tools.scene import MeasuredScene
 
@@ -176,6 +179,40 @@ class Workspace:
         (folder / "placement.json").write_text(scene.placement.model_dump_json(indent=2), encoding="utf-8")
         (folder / "scene.json").write_text(record.model_dump_json(indent=2), encoding="utf-8")
         return folder.name
+
+    def add_design(self, design: str | Path | DesignFolder) -> str:
+        """Store the robot and the scene of an approved design with its task or goal, and return the scene's name.
+
+            work = Workspace(Path("work"))
+            scene = work.add_design(run.design(1))
+            print(TOOLS["play"].call(work, {"scene": scene, "script": "*: t=0 -1, t=2 1"}).text)
+
+        Args:
+            design: A design of a run, or its folder.
+
+        Raises:
+            TypeError: `design` has another type.
+            UserError: It is not an approved design of a run, or one of its files is damaged.
+        """
+        check_type(design, (str, Path, DesignFolder), "design must be a design or its folder")
+        found = design if isinstance(design, DesignFolder) else DesignFolder(Path(design))
+        if not found.final_scene.path.exists():
+            raise UserError(
+                f"{found.path} is not an approved design: final.xml not found; give one, as runs/…/designs/1"
+            )
+        run = Run(found.path.parent.parent)
+        record, until = run.asked(), found.leading_to()
+        found.require_whole()
+        robot = newest(each.robot.read() for each in until)
+        scene = newest(each.scene.read() for each in until)
+        report = newest(each.scene_report.read() for each in until)
+        if robot is None or scene is None:
+            raise UserError(f"{found.path} has no robot or no scene in its iterations; restore it, or design again")
+        task = record.task
+        if (goal := run.goal.read()) is not None:
+            task = self.add_task(record.objective, run.brief().environment, goal.decode())
+        name = self.add_robot(robot, task)
+        return self.add_scene(name, scene, task, record.level or "standard", stable=bool(report and report.stable))
 
     def subject(self, name: str) -> MeasuredScene:
         """Return a scene with its task or goal, or a robot alone, as the subject of a measurement.

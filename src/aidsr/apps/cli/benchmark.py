@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
@@ -12,10 +12,6 @@ from cyclopts.validators import Number
 from aidsr.apps.cli.flag import Flag
 from aidsr.apps.cli.plan_options import PlanOptions
 from aidsr.apps.cli.spending import StudyLimits
-
-if TYPE_CHECKING:
-    from aidsr.studies.pool import Pool
-    from aidsr.studies.study import Study
 
 
 def benchmark(
@@ -61,31 +57,28 @@ def benchmark(
     from aidsr.apps.cli.studies import StudyTable, print_forecast, print_unfinished
     from aidsr.apps.cli.terminal import make_console
     from aidsr.apps.cli.trust import confirmed
-    from aidsr.core.extras import require_extra
-    from aidsr.studies.budget import check_budget, read_budget, set_budget
+    from aidsr.core.errors import UserError
+    from aidsr.studies.benchmark import check_machine, find_study, run_jobs
+    from aidsr.studies.budget import check_budget, read_budget
     from aidsr.studies.report import write_report
-    from aidsr.studies.runner import run_study
-    from aidsr.studies.study import create_study, require_study_is_ours
+    from aidsr.studies.study import require_study_is_ours
 
-    console = make_console()
-    found = _study(study, options or PlanOptions(), resume)
+    console, asked = make_console(), options or PlanOptions()
+    if resume and asked.given:
+        raise UserError(
+            f"--resume cannot be combined with {', '.join(asked.given)}: the plan is read from {study / 'study.toml'}"
+        )
+    found = find_study(study, None if resume else asked.plan())
     limit = (limits or StudyLimits()).changed(read_budget(found))
     check_budget(found, limit)
     print_forecast(console, found, jobs=0 if ray else jobs, limit=limit)
-    if ray:
-        require_extra("ray", "--ray")
-    else:
-        _check_this_machine(found)
+    check_machine(found, ray)
     if dry_run:
         return 0
-    if (study / "study.toml").exists():
-        confirmed(partial(require_study_is_ours, found), trust)
-    create_study(study, found.plan)
-    if limits:
-        set_budget(found, limit)
+    confirmed(partial(require_study_is_ours, found), trust)
     try:
         with StudyTable(console, found) as table:
-            progress = run_study(found, _pool(study, jobs, ray), table.listen)
+            progress = run_jobs(found, limit, jobs=jobs, ray=ray, listen=table.listen)
     except KeyboardInterrupt:
         console.print(f"\nInterrupted. Resume with aidsr benchmark {study} --resume", markup=False, soft_wrap=True)
         return 130
@@ -93,41 +86,6 @@ def benchmark(
     if progress.unpaid:
         print_unfinished(console, found, progress.refused)
     return 1 if progress.failed or progress.unpaid else 0
-
-
-def _study(path: Path, options: PlanOptions, resume: bool) -> Study:
-    """Return the study, whose folder may not exist yet.
-
-    Raises:
-        UserError: There is no study to resume, or its plan differs from the options.
-    """
-    from aidsr.core.errors import UserError
-    from aidsr.studies.study import Study, create_study, open_study
-
-    if resume:
-        if options.given:
-            raise UserError(
-                f"--resume cannot be combined with {', '.join(options.given)}: the plan is read from "
-                f"{path / 'study.toml'}"
-            )
-        return open_study(path)
-    plan = options.plan()
-    return create_study(path, plan) if (path / "study.toml").exists() else Study(path, plan)
-
-
-def _check_this_machine(study: Study) -> None:
-    """Check that the jobs of a study can run on this machine.
-
-    Raises:
-        UserError: A model cannot be called, or the extra for training is not installed.
-    """
-    from aidsr.core.extras import require_extra
-    from aidsr.loop.teams import check_model
-
-    for arm in study.plan.arms:
-        check_model(arm.config, arm.config.budget)
-    if study.plan.seeds:
-        require_extra("rl", "training")
 
 
 def report(study: Path, /) -> int:
@@ -218,10 +176,3 @@ def leaderboard(submissions: list[Path], /, *, study: Path | None = None) -> int
         count = check_scenes(submissions[0], open_study(study))
         write(f"\n{submissions[0]}: all {count} scenes match those in {study}.\n")
     return 0
-
-
-def _pool(study: Path, jobs: int, ray: str) -> Pool:
-    from aidsr.studies.cluster import RayPool
-    from aidsr.studies.pool import LocalPool
-
-    return RayPool(study, ray) if ray else LocalPool(study, jobs)

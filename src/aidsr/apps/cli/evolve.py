@@ -12,10 +12,6 @@ from aidsr.apps.cli.options import Options, options_for
 from aidsr.apps.cli.spending import Limits
 from aidsr.core.config import RunConfig, run_settings
 
-_NO_LESSONS = (
-    "The built-in rules read no lessons: each generation only searches with another seed. "
-    "Name a language model with --model to use what was measured"
-)
 _SET_HERE = ("task_feedback", "memory", "human")
 """Settings that are not options of `aidsr evolve`, because an evolution sets them itself."""
 if TYPE_CHECKING:
@@ -74,39 +70,33 @@ def evolve(
     from aidsr.apps.cli.mailbox import Mailbox
     from aidsr.apps.cli.progress import Lines
     from aidsr.apps.cli.terminal import make_console, write
-    from aidsr.core.errors import UserError
-    from aidsr.evolution import Plan, begin
     from aidsr.evolution import evolve as work_on
-    from aidsr.loop.teams import check_effects
-    from aidsr.teams.providers import absolute_name, is_offline
+    from aidsr.teams.providers import absolute_name
 
-    if not task and not goal:
-        raise UserError("an evolution requires a measure of success; name a task, or give a goal file with --goal")
     config = (settings or Settings()).value(budget=(limits or Limits()).value())
-    config = config.updated({"model": absolute_name(config.model), "task_feedback": True})
-    check_effects(config)
-    plan = Plan(
-        objective=objective or "",
-        task=task or "",
-        level=level,
-        generations=generations,
-        config=config,
-        train=train,
-        steps=steps,
-    )
-    evolution = begin(out, plan, environment=environment or "", goal=goal or "")
-    if is_offline(config.model):
-        write(f"{_NO_LESSONS}\n")
     console = make_console()
     try:
-        with Lines(console) as lines, Mailbox(console, config.model):
-            best = work_on(evolution, lambda line: write(f"{line}\n"), lines.on_event)
+        with Lines(console) as lines, Mailbox(console, absolute_name(config.model)):
+            evolution = work_on(
+                objective or "",
+                task=task or "",
+                level=level,
+                environment=environment or "",
+                goal=goal or "",
+                config=config,
+                generations=generations,
+                train=train,
+                steps=steps,
+                out=out,
+                listen=lambda line: write(f"{line}\n"),
+                follow=lines.on_event,
+            )
     except KeyboardInterrupt:
         write(f"\nInterrupted. Finished work is kept in {out}; repeat the command to continue\n")
         return 130
-    if best is None:
+    if evolution.best is None:
         write(f"Nothing was measured: no scene was stable. See {out}/runs\n")
         return 1
-    write(f"Best result: {best.text()}\n")
+    write(f"Best result: {evolution.best.text()}\n")
     write(f"Report: {out}/report.md; lessons: {out}/archive.jsonl\n")
-    return 0 if plan.is_done(evolution.archive.lessons()) else 1
+    return 0 if evolution.done else 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Self
@@ -19,13 +19,13 @@ from aidsr.core.config import Budget
 from aidsr.core.errors import Limit
 from aidsr.core.formatting import counted
 from aidsr.studies.budget import StudyBudget, read_budget
+from aidsr.studies.comparison import compare
 from aidsr.studies.estimate import StudyEstimate, estimate_study
 from aidsr.studies.jobs import Job, format_limits, is_finished
 from aidsr.studies.outcomes import paid_usd, read_outcomes
-from aidsr.studies.report import other_episodes_in_words
 from aidsr.studies.runner import Progress
 from aidsr.studies.study import Study
-from aidsr.studies.tables import differences
+from aidsr.studies.tables import Difference
 from aidsr.teams.baselines.generations import format_search, read_search
 from aidsr.teams.providers.offline import SEARCH
 
@@ -196,21 +196,17 @@ def _paid(study: Study) -> str:
 
 def print_comparison(console: Console, one: Study, other: Study) -> int:
     """Print whether the first arms of two studies differ significantly; return 0, or 1 if nothing is comparable."""
-    compared = {
-        name: [
-            row.model_copy(update={"arm": name}) for row in read_outcomes(study) if row.arm == study.plan.arms[0].name
-        ]
-        for study, name in ((one, "first"), (other, "second"))
-    }
-    found = differences([row for rows in compared.values() for row in rows], "first")
-    if not found:
-        console.print(
-            "The studies have no finished design in common: no design with the same task, run and number is finished "
-            "in both."
-        )
-        return 1
-    names = [f"{study.path.name} ({study.plan.arms[0].name})" for study in (other, one)]
-    table = Table(box=None, pad_edge=False, title=escape(" compared with ".join(names)), title_justify="left")
+    found = compare(one, other)
+    if found.differences:
+        names = [f"{study.path.name} ({study.plan.arms[0].name})" for study in (other, one)]
+        _print_differences(console, " compared with ".join(names), found.differences)
+    for note in found.notes:
+        console.print(f"[yellow]{escape(note)}[/]" if found.differences else escape(note), soft_wrap=True)
+    return 0 if found.differences else 1
+
+
+def _print_differences(console: Console, title: str, found: Sequence[Difference]) -> None:
+    table = Table(box=None, pad_edge=False, title=escape(title), title_justify="left")
     for name in ("metric", "difference", "95 % CI", "p", ""):
         table.add_column(name, justify="left" if name in ("metric", "") else "right")
     for each in found:
@@ -225,30 +221,3 @@ def print_comparison(console: Console, one: Study, other: Study) -> int:
         "task; with fewer than six runs no difference is significant.",
         soft_wrap=True,
     )
-    for study, rows in zip((one, other), compared.values(), strict=True):
-        for note in (_left_out(study), other_episodes_in_words(study.plan, rows)):
-            if note:
-                console.print(f"[yellow]{escape(study.path.name)}:[/] {escape(note)}", soft_wrap=True)
-    unlike = _unlike(one, other)
-    if unlike:
-        console.print(f"[yellow]The studies also differ in:[/] {escape('; '.join(unlike))}", soft_wrap=True)
-    return 0
-
-
-def _left_out(study: Study) -> str:
-    """Return a sentence with the arms of a study that a comparison leaves out; empty if there are none."""
-    used, *unused = (arm.name for arm in study.plan.arms)
-    if not unused:
-        return ""
-    return (
-        f"only the first arm is compared: {used}, not {', '.join(unused)}. The report of the study compares its arms."
-    )
-
-
-def _unlike(one: Study, other: Study) -> list[str]:
-    """Return other differences between two plans that could explain a difference in the results."""
-    return [
-        f"{name} {getattr(one.plan, name)} and {getattr(other.plan, name)}"
-        for name in ("benchmark_version", "level", "seeds", "steps", "protocol", "perturbed", "versions")
-        if getattr(one.plan, name) != getattr(other.plan, name)
-    ]
