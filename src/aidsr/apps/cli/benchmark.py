@@ -25,7 +25,7 @@ def benchmark(
     options: PlanOptions | None = None,
     limits: StudyLimits | None = None,
     jobs: Annotated[int, Parameter(validator=Number(gte=1, lte=512))] = 2,
-    ray: str = "",
+    ray: str | None = None,
     resume: Flag = False,
     trust: Flag = False,
     dry_run: Flag = False,
@@ -85,7 +85,7 @@ def benchmark(
         set_budget(found, limit)
     try:
         with StudyTable(console, found) as table:
-            progress = run_study(found, _pool(study, jobs, ray), table.listen)
+            progress = run_study(found, _pool(study, jobs, ray or ""), table.listen)
     except KeyboardInterrupt:
         console.print(f"\nInterrupted. Resume with aidsr benchmark {study} --resume", markup=False, soft_wrap=True)
         return 130
@@ -133,6 +133,8 @@ def _check_this_machine(study: Study) -> None:
 def report(study: Path, /) -> int:
     """Write the report of a study in its current state: report.html, .md, .csv and .json in its folder.
 
+    `aidsr benchmark` writes it at its end; this command also works while the study is in progress.
+
         aidsr report studies/first
 
     Parameters
@@ -171,6 +173,8 @@ def compare(one: Path, other: Path, /) -> int:
 
 def submit(study: Path, /, *, out: Path | None = None) -> int:
     """Write the results of a study to one small file that others can verify and merge.
+
+    `aidsr leaderboard` reads such files.
 
         aidsr submit studies/first --out first.json
 
