@@ -81,6 +81,8 @@ def test_an_objective_without_quotes_is_pointed_out(capsys) -> None:
         (["probe", PLACE, "--task", "button_pushing", "--out", "new/found.json"], "the folder new does not exist"),
         (["probe", PLACE, "--task", "button_pushing", "--film"], "--film writes beside the report"),
         (["train", PLACE, "--task", "button_pushing", "--minutes", "inf"], "for --minutes"),
+        (["memory", "show", str(Path(PLACE).parent)], "is a folder; give the file of a memory"),
+        (["mcp", "--folder", PLACE, "--config"], "button_pushing.xml is a file; give a folder"),
         (["design", "--concepts", "0"], 'Invalid value "0" for --concepts. Must be >= 1.'),
         (["nonsense"], 'Unknown command "nonsense"'),
     ],

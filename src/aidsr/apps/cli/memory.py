@@ -69,6 +69,8 @@ def show(file: Path, /, *, task: str | None = None, objective: str | None = None
 
     if task and objective:
         raise UserError("both a task and an objective are given; give only one of them")
+    if file.is_dir():
+        raise UserError(f"{file} is a folder; give the file of a memory, which aidsr memory add makes")
     if not file.is_file():
         raise UserError(f"the memory {file} does not exist; make it with aidsr memory add {file} RUN")
     kept = Memory(file)
