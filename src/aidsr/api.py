@@ -6,6 +6,7 @@ the same functions.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -72,7 +73,7 @@ def probe(
         grouping: "auto" groups actuators as in `groups`, or by symmetric limbs; "off" moves each actuator
             independently.
         candidates: Number of motions tried for each variation, in whole generations of 16. Default: 128; with a goal,
-            256.
+            256. At least 16.
         variations: Number of development variations of the task; each is searched separately.
         max_steps: Maximum physics steps of all simulations together. Default: 300,000; with a goal, 1,000,000.
         seed: Seed of the search; the same seed tries the same motions.
@@ -84,9 +85,13 @@ def probe(
         UserError: The design or the task does not exist, or a number is out of range.
         MjcfError: The scene cannot be loaded.
     """
-    for name, number in (("candidates", candidates), ("variations", variations), ("max_steps", max_steps)):
+    for name, number, least in (
+        ("candidates", candidates, 16),
+        ("variations", variations, 1),
+        ("max_steps", max_steps, 1),
+    ):
         if number is not None:
-            check_whole_number(name, number, least=1)
+            check_whole_number(name, number, least=least)
     _check_seed_and_threads(seed, threads)
     from aidsr.sandbox.pool import warm_up
 
@@ -156,7 +161,7 @@ def train(
     smoothing: float = 0.0,
     randomize: bool = False,
     stop_hopeless: bool = False,
-    script: str | None = None,
+    script: str = "own",
     threads: int = 0,
     tensorboard: bool = False,
     again: bool = False,
@@ -189,10 +194,11 @@ def train(
             cable friction.
         stop_hopeless: Stop a training in which no episode has succeeded after 70 % of its steps; requires protocol
             "best".
+        script: Motion that the policy starts from and corrects. "own": the motion with which the design's author saw it
+            do the task; if there is none, a short probe searches a motion that learning has to beat. "none": no motion.
+            Otherwise the text of a motion script, see `aidsr.learn.openloop.script.GRAMMAR`, which requires protocol
+            "best".
         threads: Native threads for physics; 0 uses all processors. Results do not depend on it.
-        script: Motion that the policy starts from and corrects, see `aidsr.learn.openloop.script.GRAMMAR`; requires
-            protocol "best". None: the motion with which the design's author saw it do the job; if there is none, a
-            short probe searches a motion that learning has to beat. "": no motion at all.
         tensorboard: Whether to also write logs for TensorBoard.
         again: Train from scratch, into the next folder, even if earlier calls left a finished or stopped training.
         listen: Called with every point of the learning curve.
@@ -206,6 +212,9 @@ def train(
     check_whole_number("steps", steps, least=1)
     _check_seed_and_threads(seed, threads)
     check_type(smoothing, (int, float), "smoothing must be a number")
+    check_type(script, str, 'script must be "own", "none" or the text of a motion script')
+    if not script.strip():
+        raise UserError('script is empty; give "own", "none" or the text of a motion script')
     if not 0 <= smoothing < 1:
         raise UserError(f"smoothing must be from 0 to below 1: {smoothing:g}")
     require_extra("rl", "training")
@@ -213,15 +222,15 @@ def train(
 
     if minutes is not None:
         check_type(minutes, (int, float), "minutes must be a number")
-        if not minutes > 0:
-            raise UserError(f"minutes must be above 0: {minutes:g}")
+        if not 0 < minutes < math.inf:
+            raise UserError(f"minutes must be above 0 and finite: {minutes:g}; leave it out for no limit")
     recipe = recipe_of(
         protocol,
         from_probe=from_probe,
         smoothing=smoothing,
         randomize=randomize,
         stop_hopeless=stop_hopeless,
-        script=script or "",
+        script=script,
     )
     found = find_scene(design, task, level=level, goal=goal)
     return train_policy(

@@ -116,7 +116,7 @@ def test_a_plan_is_frozen_when_its_study_begins(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="other steps; a plan cannot be changed"):
         create_study(tmp_path / "s", plan(steps=7))
     (tmp_path / "link").symlink_to(tmp_path / "s")
-    with pytest.raises(UserError, match=r"is not a study folder: study\.toml not found$"):
+    with pytest.raises(UserError, match=r"is not a study folder: study\.toml not found; give the folder of a study"):
         open_study(tmp_path)
     (tmp_path / "run.json").touch()
     with pytest.raises(UserError, match=r"study\.toml not found; it is a run: aidsr show "):
@@ -363,7 +363,9 @@ def test_a_job_that_says_much_comes_to_its_end(tmp_path: Path, monkeypatch: pyte
     pool.close()
     assert ended, "the job never ended"
     assert "said before" in ended[0].error
-    assert ended[0].error.endswith(f"{tmp_path} is not a study folder: study.toml not found"), "the reason comes last"
+    assert ended[0].error.endswith(
+        f"{tmp_path} is not a study folder: study.toml not found; give the folder of a study, as studies/first"
+    ), "the reason comes last"
 
 
 def test_the_report_is_one_page_with_every_figure_beside_it(finished: Study) -> None:

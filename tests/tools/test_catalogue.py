@@ -221,7 +221,7 @@ def test_a_scene_that_is_not_stable_says_so_wherever_it_is_looked_at(tmp_path: P
 
 def test_a_probe_tells_seeds_and_the_script_that_got_farthest(tmp_path: Path) -> None:
     work = with_cart(tmp_path, 0.4)
-    found = TOOLS["probe"].call(work, {"scene": "scene_1", "seeds": [0, 3], "steps": 20_000})
+    found = TOOLS["probe"].call(work, {"scene": "scene_1", "seeds": [0, 3], "max_steps": 20_000})
     told = found.text
     (strip,) = found.pictures
     assert strip.startswith(b"\x89PNG")

@@ -34,7 +34,7 @@ def read_text_file(path: Path, *, max_bytes: int) -> str:
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise UserError(f"{path} is not UTF-8 text; save it as UTF-8") from None
+        raise UserError(f"{path} is not UTF-8 text; give a text file, saved as UTF-8") from None
 
 
 _MAX_DEPTH = 20

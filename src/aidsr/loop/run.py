@@ -191,6 +191,9 @@ def make_brief(
     starting_robot = mjcf_text(robot, "robot") if robot else ""
     if robot and not starting_robot.strip():
         raise UserError(f"the robot {robot} is empty; give the MJCF of a robot, or leave it out")
+    if robot and "<mujoco" not in starting_robot:
+        name = "" if starting_robot == robot else f" {robot}"
+        raise UserError(f"the robot{name} is not MJCF: it has no element <mujoco>; give the MJCF of a robot")
     if task:
         if objective or environment or goal:
             raise UserError(

@@ -99,7 +99,7 @@ def open_mjcf(path: Path) -> str:
             raise MjcfError([_too_large(size)])
         return read_text_file(path, max_bytes=SIZE_LIMITS.characters)
     except OSError as error:
-        raise UserError(f"cannot read the MJCF file {path}: {error.strerror}") from error
+        raise UserError(f"cannot read the MJCF file {path}: {error.strerror}; give the path of an MJCF file") from error
 
 
 def decode_mjcf(content: bytes, source: str) -> str:
@@ -115,7 +115,7 @@ def decode_mjcf(content: bytes, source: str) -> str:
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise UserError(f"{source} is not UTF-8 text; save it as UTF-8") from error
+        raise UserError(f"{source} is not UTF-8 text; give an MJCF document, saved as UTF-8") from error
 
 
 def read_mjcf(text: str, limits: SizeLimits = SIZE_LIMITS) -> Document:

@@ -271,6 +271,8 @@ class Run:
         Raises:
             UserError: The folder is not a run, its run.json is damaged, or it contains links or other special files.
         """
+        if self.path.is_file():
+            raise UserError(f"{self.path} is a file, not a run folder; give the folder of a run, as runs/…")
         require_plain_tree(self.path)
         record = self.record.read()
         if record is None:

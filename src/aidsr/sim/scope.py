@@ -1,8 +1,8 @@
-"""Scope check: find the reasons why a robot is not a tendon-driven continuum robot.
+"""Scope check: find the reasons why a robot is not a tendon-driven continuum robot that a policy can control.
 
-A robot in scope has sensors, and its cables and soft body do the work. Its cables pull, and bend limbs of three or more
-joints in series; these limbs make up a fair share of its length and mass. Rigid parts may carry loads and touch
-objects, but nothing else drives or holds the robot: no motors in joints, wheels, jets, suction or magnets.
+A robot in scope has sensors and actuators, and its cables and soft body do the work. Its cables pull, and bend limbs of
+three or more joints in series; these limbs make up a fair share of its length and mass. Rigid parts may carry loads and
+touch objects, but nothing else drives or holds the robot: no motors in joints, wheels, jets, suction or magnets.
 
 `find_out_of_scope(model, structure)` checks a robot alone or the robot in a scene. Motors, springs and constraints of
 the environment do not count.
@@ -49,7 +49,7 @@ _FINDERS = (
 
 
 def find_out_of_scope(model: mujoco.MjModel, structure: Structure) -> tuple[ScopeFinding, ...]:
-    """Return every reason why a robot is not a tendon-driven continuum robot; empty for a robot in scope.
+    """Return every reason why a robot is out of scope; empty for a robot in scope.
 
     Takes milliseconds, since nothing is simulated.
 

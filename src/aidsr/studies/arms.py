@@ -181,7 +181,10 @@ def read_feedback(path: Path, tasks: Sequence[str]) -> dict[str, str]:
     try:
         found = parse_toml(read_text_file(path, max_bytes=_MAX_BYTES))
     except (OSError, ValueError) as error:
-        raise UserError(f"{path} cannot be read as a person's feedback: {error}") from None
+        why = error.strerror if isinstance(error, OSError) else error
+        raise UserError(
+            f"{path} cannot be read as a person's feedback: {why}; give a TOML file as docs/studies.md shows"
+        ) from None
     texts = {load_task(name).name: str(text).strip() for name, text in found.items()}
     silent = [task for task in tasks if not texts.get(task)]
     if silent:

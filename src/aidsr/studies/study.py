@@ -236,8 +236,9 @@ def open_study(path: str | Path) -> Study:
     check_type(path, (str, Path), "a study must be given as the path of its folder")
     path = Path(path)
     if not (path / "study.toml").exists():
-        a_run = f"; it is a run: aidsr show {shlex.quote(str(path))}" if (path / "run.json").exists() else ""
-        raise UserError(f"{path} is not a study folder: study.toml not found{a_run}")
+        a_run = f"it is a run: aidsr show {shlex.quote(str(path))}" if (path / "run.json").exists() else ""
+        cure = a_run or "give the folder of a study, as studies/first"
+        raise UserError(f"{path} is not a study folder: study.toml not found; {cure}")
     require_plain_tree(path)
     try:
         text = read_text_file(path / "study.toml", max_bytes=_MAX_BYTES)

@@ -75,7 +75,7 @@ def read_submission(path: Path) -> Submission:
         text = read_text_file(path, max_bytes=_MAX_BYTES)
         found = Submission.model_validate_json(text)
     except OSError as error:
-        raise UserError(f"{path} cannot be read: {error.strerror}") from None
+        raise UserError(f"{path} cannot be read: {error.strerror}; give a file that `aidsr submit` wrote") from None
     except ValidationError as error:
         raise UserError(f"{path} is not a file written by `aidsr submit`: {first_error(error)}") from None
     if found.sha256 != _digest(text):

@@ -127,14 +127,14 @@ def probe(
     seconds: Annotated[
         float, Field(ge=0, description="How long each motion is tried, in s; at most 15 unless given.")
     ] = 0.0,
-    steps: Annotated[
+    max_steps: Annotated[
         int,
         Field(ge=0, le=_MOST_STEPS, description="Physics steps of each search; by the job's time unless given."),
     ] = 0,
 ) -> Result:
     """Search hundreds of open-loop motions by several seeds and play the best again with figures; takes minutes."""
     subject = workspace.subject(scene)
-    measured = probe_motions(subject, seeds=seeds, variations=variations, steps=steps, seconds=seconds)
+    measured = probe_motions(subject, seeds=seeds, variations=variations, max_steps=max_steps, seconds=seconds)
     figures = {figure.name: figure.value for figure in measured.figures}
     strip: tuple[bytes, ...] = ()
     if workspace.draws:

@@ -36,7 +36,7 @@ def probe_motions(
     *,
     seeds: Sequence[int] = (0, 1),
     variations: int = 1,
-    steps: int = 0,
+    max_steps: int = 0,
     seconds: float = 0.0,
 ) -> Probed:
     """Search for open-loop motions with several seeds, then play and record the best one for a full episode.
@@ -49,7 +49,7 @@ def probe_motions(
         scene: The scene.
         seeds: Seeds of the searches.
         variations: Number of development variations, each searched separately.
-        steps: Physics steps of each search; 0 for a number that depends on the task's time limit.
+        max_steps: Maximum physics steps of each search; 0 for a number that depends on the task's time limit.
         seconds: Longest duration of a motion in the search [s], at most the task's time limit; 0 for 15 s.
 
     Raises:
@@ -68,13 +68,13 @@ def probe_motions(
     if not 1 <= len(set(seeds)) == len(seeds) <= _MOST_SEEDS:
         raise UserError(f"seeds must be 1 to {_MOST_SEEDS} different numbers: {list(seeds)}")
     loaded = scene.load()
-    steps = steps or max(_LEAST_STEPS, round(_STEPS_PER_S * loaded.task.time_limit_s))
+    max_steps = max_steps or max(_LEAST_STEPS, round(_STEPS_PER_S * loaded.task.time_limit_s))
     reports = [
         probe_scene(
             loaded,
             candidates=_CANDIDATES,
             variations=variations,
-            max_steps=steps,
+            max_steps=max_steps,
             longest_s=seconds or _LONGEST_S,
             kinds=ALL_KINDS,
             seed=seed,

@@ -259,7 +259,9 @@ class Workspace:
             UserError: There is no entry of this name, or its file is damaged.
         """
         kind = name.partition("_")[0]
-        kind = kind if kind in _MJCF else "robot"
+        if kind not in _MJCF:
+            known = "; ".join(f"{each}s: {self._listed(each)}" for each in ("robot", "scene"))
+            raise UserError(f'no robot or scene "{excerpt(name)}"; {known}')
         file, again = _MJCF[kind]
         path = self._find(kind, name) / file
         with _undamaged(path, again):

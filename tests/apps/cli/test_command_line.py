@@ -5,9 +5,11 @@ import os
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from cyclopts import App, Argument
 
 import aidsr.tasks
 from aidsr.apps.cli import app, main
@@ -70,6 +72,19 @@ def test_an_objective_without_quotes_is_pointed_out(capsys) -> None:
         (["resume", "nowhere"], "run.json"),
         (["validate", "nowhere.xml"], "nowhere.xml"),
         (["view", "nowhere.xml"], "nowhere.xml"),
+        (["view", PLACE, "--picture", "nowhere/ball.png"], "the folder nowhere does not exist"),
+        (["show", PLACE], "button_pushing.xml is a file, not a run folder; give the folder of a run"),
+        (["resume", PLACE], "button_pushing.xml is a file, not a run folder; give the folder of a run"),
+        (["report", "nowhere"], "study.toml not found; give the folder of a study"),
+        (["design", "--task", "gap", "--robot", aidsr.tasks.__file__], "is not MJCF: it has no element <mujoco>"),
+        (["probe", PLACE, "--task", "button_pushing", "--out", "found.xml"], "--out found.xml is not a JSON file"),
+        (["probe", PLACE, "--task", "button_pushing", "--out", "new/found.json"], "the folder new does not exist"),
+        (["probe", PLACE, "--task", "button_pushing", "--film"], "--film writes beside the report"),
+        (["train", PLACE, "--task", "button_pushing", "--minutes", "inf"], "for --minutes"),
+        (["memory", "show", str(Path(PLACE).parent)], "is a folder; give the file of a memory"),
+        (["mcp", "--folder", PLACE, "--config"], "button_pushing.xml is a file; give a folder"),
+        (["design", "--concepts", "0"], 'Invalid value "0" for --concepts. Must be >= 1.'),
+        (["nonsense"], 'Unknown command "nonsense"'),
     ],
 )
 def test_mistakes_are_one_sentence_and_exit_2(words, sentence, tmp_path, monkeypatch, capsys) -> None:
@@ -167,6 +182,26 @@ def test_resume_replaces_only_the_limits_that_are_given(tmp_path) -> None:
     assert run.budget() == Budget(tokens=60, cost_usd=2)
     assert run_main("resume", str(run.path), "--max-tokens", "90") == 1
     assert run.budget() == Budget(tokens=90, cost_usd=2)
+
+
+def options_of(command: App) -> Iterator[Argument]:
+    for name in command:
+        if name.startswith("-"):
+            continue
+        if command[name].default_command is None:
+            yield from options_of(command[name])
+        else:
+            yield from (each for each in command[name].assemble_argument_collection(parse_docstring=True) if each.show)
+
+
+def test_every_option_is_explained() -> None:
+    options = list(options_of(app))
+    assert len(options) > 100
+    assert [each.name for each in options if not each.parameter.help] == []
+    assert [each.name for each in options if each.show_default and each.field_info.default == ""] == []
+    offered = [each for each in options if any(name.startswith("--no-") for name in each.names)]
+    assert [each.name for each in offered if each.field_info.default is False] == [], "nothing is on that it turns off"
+    assert [each.name for each in options if each.required and each.name.startswith("--")] == []
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere there is always a display")

@@ -100,6 +100,7 @@ def test_a_scene_gives_json_and_leaves_nothing_unless_asked(tmp_path, capsys):
     assert run_main(*words, "--json") == 1
     assert json.loads(capsys.readouterr().out)["success_share"] == 0.0
     assert [path.name for path in tmp_path.iterdir()] == ["scene.xml"]
+    (tmp_path / "new").mkdir()
     assert run_main(*words, "--out", tmp_path / "new" / "found.json") == 1
     assert ProbeReport.model_validate_json((tmp_path / "new" / "found.json").read_text()).level == "standard"
 

@@ -93,7 +93,7 @@ HOSTILE: dict[str, tuple[str, str, str]] = {
         '{"what": "load", "subject": "robot_1", "how": {"force_n": 1e300}}',
         "how.force_n should be less than or equal to 10000",
     ),
-    "an integer of 400 digits": ("probe", f'{{"scene": "scene_1", "steps": {NINES[:400]}}}', "steps is too large"),
+    "an integer of 400 digits": ("probe", f'{{"scene": "scene_1", "max_steps": {NINES[:400]}}}', "steps is too large"),
     "one as text": ("measure", GAITS % f'"seeds": ["{NINES[:4000]}"]', "how.seeds.0 is too large"),
     "a line past 2**53": ("read", '{"name": "robot_1", "first_line": 9007199254740993}', "first_line is too large"),
     "a negative seed": ("probe", '{"scene": "scene_1", "seeds": [-1]}', "seeds.0 should be greater than or equal to 0"),

@@ -73,7 +73,7 @@ def test_a_valve_from_its_environment_to_the_picture_of_the_best_motion(tmp_path
                 "placement": {"mount": "mount", "base": "fixed", "rotation_deg": [40, 0, 0]},
             }
             assert told(await client.call_tool("assemble", where)).startswith("scene_1: stable; robot_1 in task_1")
-            found = await client.call_tool("probe", {"scene": "scene_1", "seeds": [0], "steps": 4000})
+            found = await client.call_tool("probe", {"scene": "scene_1", "seeds": [0], "max_steps": 4000})
             assert "seed 0: progress 0." in told(found)
             strip = image(found)
             assert strip.width == 5 * strip.height

@@ -108,8 +108,8 @@ def test_mistakes_are_sentences_and_the_server_goes_on(tmp_path: Path) -> None:
     assert "button_pushing" in unknown
     assert "nowhere" in nowhere
     assert "name a task" in untold
-    assert 'no robot "../secret"; robots: robot_1' in outside
-    assert 'no robot "../../etc/passwd"' in secret
+    assert 'no robot or scene "../secret"; robots: robot_1' in outside
+    assert 'no robot or scene "../../etc/passwd"' in secret
     assert "not an MJCF document: '/etc/passwd.xml'" in path
     assert not hostile.is_error
     assert text(hostile).startswith("robot_2: not stable, its physics does not hold\n")

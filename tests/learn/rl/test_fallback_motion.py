@@ -225,9 +225,9 @@ def test_who_names_a_script_or_none_asks_no_probe():
 @pytest.mark.parametrize(
     ("script", "own", "starts_from", "searches"),
     [
-        (None, "own: 1", "own: 1", False),
-        (None, "", "", True),
-        ("", "own: 1", "", False),
+        ("own", "own: 1", "own: 1", False),
+        ("own", "", "", True),
+        ("none", "own: 1", "", False),
         ("given: 1", "own: 1", "given: 1", False),
     ],
 )

@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from typing import TYPE_CHECKING, get_args
+from collections.abc import Callable
+from typing import get_args
 
-from cyclopts import App, ArgumentCollection, CoercionError, CycloptsError, CycloptsPanel, UnusedCliTokensError
+from cyclopts import App, ArgumentCollection, CoercionError, CycloptsError, Group, UnusedCliTokensError
 
 from aidsr import __version__
 from aidsr.apps.cli import (
@@ -36,18 +37,12 @@ from aidsr.apps.cli import (
 from aidsr.core.errors import AidsrError, MjcfError, UserError
 from aidsr.core.storage_errors import storage_problem
 
-if TYPE_CHECKING:
-    from rich.panel import Panel
 
-
-def _format_error(error: CycloptsError) -> Panel:
-    """Return the panel that shows a mistake in a command line."""
-    from aidsr.apps.cli.terminal import printable
-
+def _mistake(error: CycloptsError) -> str:
+    """Return the sentence that tells a mistake in a command line."""
     if isinstance(error, UnusedCliTokensError):
-        words = " ".join(error.unused_tokens or ())
-        return CycloptsPanel(printable(f"Unexpected words: {words}; put an objective in quotes"))
-    return CycloptsPanel(printable(str(error)))
+        return f"Unexpected words: {' '.join(error.unused_tokens or ())}; put an objective in quotes"
+    return " ".join(str(error).split())
 
 
 def _refuse_fractions(_app: App, _commands: tuple[str, ...], arguments: ArgumentCollection) -> None:
@@ -76,38 +71,36 @@ app = App(
     help_format="markdown",
     version_flags=["--version"],
     result_action="return_value",
-    error_formatter=_format_error,
     config=_refuse_fractions,
 )
 
-for command in (
-    design.design,
-    resume.resume,
-    show.show,
-    tasks.tasks,
-    new.new,
-    check.check,
-    evolve.evolve,
-    validate.validate,
-    fix.fix,
-    rules.rules,
-    view.view,
-    probe.probe,
-    train.train,
-    evaluate.evaluate,
-    export.export,
-    web.web,
-    mcp.mcp,
-    benchmark.benchmark,
-    benchmark.report,
-    benchmark.compare,
-    benchmark.submit,
-    benchmark.leaderboard,
-    doctor.doctor,
-):
-    app.command(command)
-app.command(import_robot.import_robot, name="import")
-app.command(memory.memory)
+_GROUPS: dict[str, tuple[Callable[..., int] | App, ...]] = {
+    "Design robots": (design.design, resume.resume, show.show, evolve.evolve, memory.memory),
+    "Tasks and jobs of your own": (tasks.tasks, new.new, check.check),
+    "Check robots": (validate.validate, fix.fix, import_robot.import_robot, rules.rules, view.view),
+    "Control and build a robot": (probe.probe, train.train, evaluate.evaluate, export.export),
+    "Studies of many runs": (
+        benchmark.benchmark,
+        benchmark.report,
+        benchmark.compare,
+        benchmark.submit,
+        benchmark.leaderboard,
+    ),
+    "Other ways to use it": (web.web, mcp.mcp, doctor.doctor),
+}
+"""The commands in the order in which they are listed, by the title of their list."""
+_NAMES = {import_robot.import_robot: "import"}
+"""Names of commands that are not those of their functions."""
+
+for _title, _commands in _GROUPS.items():
+    _group = Group.create_ordered(_title)
+    for _position, _command in enumerate(_commands):
+        if isinstance(_command, App):
+            _command.group, _command.sort_key = _group, _position
+            app.command(_command)
+        else:
+            app.command(_command, name=_NAMES.get(_command), group=_group, sort_key=_position)
+app["--help"].group = app["--version"].group = Group.create_ordered("Help")
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -119,8 +112,11 @@ def main(arguments: list[str] | None = None) -> None:
     # A scheduler or the web app ends a command with SIGTERM: handled like Control-C, so that finished work is kept.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        code = app(arguments)
+        code = app(arguments, exit_on_error=False, print_error=False)
         sys.stdout.flush()
+    except CycloptsError as error:
+        _print_error(_mistake(error))
+        code = 2
     except (UserError, MjcfError) as error:
         _print_error(error)
         code = 2

@@ -21,7 +21,7 @@ def benchmark(
     options: PlanOptions | None = None,
     limits: StudyLimits | None = None,
     jobs: Annotated[int, Parameter(validator=Number(gte=1, lte=512))] = 2,
-    ray: str = "",
+    ray: str | None = None,
     resume: Flag = False,
     trust: Flag = False,
     dry_run: Flag = False,
@@ -78,7 +78,7 @@ def benchmark(
     confirmed(partial(require_study_is_ours, found), trust)
     try:
         with StudyTable(console, found) as table:
-            progress = run_jobs(found, limit, jobs=jobs, ray=ray, listen=table.listen)
+            progress = run_jobs(found, limit, jobs=jobs, ray=ray or "", listen=table.listen)
     except KeyboardInterrupt:
         console.print(f"\nInterrupted. Resume with aidsr benchmark {study} --resume", markup=False, soft_wrap=True)
         return 130
@@ -90,6 +90,8 @@ def benchmark(
 
 def report(study: Path, /) -> int:
     """Write the report of a study in its current state: report.html, .md, .csv and .json in its folder.
+
+    `aidsr benchmark` writes it at its end; this command also works while the study is in progress.
 
         aidsr report studies/first
 
@@ -129,6 +131,8 @@ def compare(one: Path, other: Path, /) -> int:
 
 def submit(study: Path, /, *, out: Path | None = None) -> int:
     """Write the results of a study to one small file that others can verify and merge.
+
+    `aidsr leaderboard` reads such files.
 
         aidsr submit studies/first --out first.json
 

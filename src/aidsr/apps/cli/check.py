@@ -50,6 +50,7 @@ def check(
     """
     from rich.markup import escape
 
+    from aidsr.apps.cli.output_file import require_output
     from aidsr.apps.cli.terminal import make_console, write_document
     from aidsr.core.errors import MjcfError, UserError
     from aidsr.mjcf.read import open_mjcf
@@ -60,10 +61,8 @@ def check(
     from aidsr.teams.fitting.facts import environment_facts, goal_facts
 
     picture = out or (goal or environment).parent / "check.png"
-    if picture.suffix.lower() != ".png":
-        raise UserError(f"--out {picture} is not a PNG file; give a file name that ends in .png")
-    if not picture.parent.is_dir():
-        raise UserError(f"cannot write {picture}: the folder {picture.parent} does not exist")
+    if out is not None:
+        require_output(out, option="--out", suffix=".png")
     console = make_console(to_stderr=True, soft_wrap=True)
     try:
         if goal is None:

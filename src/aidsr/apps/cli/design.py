@@ -50,9 +50,9 @@ def design(
     Parameters
     ----------
     objective
-        What the robot should do, in plain words; requires --environment.
+        What the robot should do, in plain words and in quotes; requires --environment. Leave it out with --task.
     task
-        Benchmark task, with its own objective and environment; `aidsr tasks` lists the tasks.
+        Benchmark task, with its own objective, environment and goal; `aidsr tasks` lists the tasks.
     level
         Level of the task.
     environment
@@ -60,13 +60,13 @@ def design(
     robot
         MJCF of a robot to start from.
     goal
-        TOML file that defines how success is measured in the environment; required to probe and train the designs.
+        TOML file that defines how success is measured in the environment; needed to probe and train the designs.
     train
         Train and evaluate a policy for each approved design.
     steps
-        Maximum control steps of each training.
+        With --train: maximum control steps (actions) for each policy.
     seeds
-        Number of policies to train for each approved design.
+        With --train: number of policies to train for each approved design.
     dry_run
         Check the command, print the estimated cost and exit.
     runs

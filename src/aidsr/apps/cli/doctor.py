@@ -11,6 +11,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Literal
 
+from aidsr.apps.cli.flag import Flag
+
 _PACKAGES = ("aidsr", "mujoco", "numpy", "pydantic", "lxml", "pydantic-ai-slim", "av")
 
 
@@ -24,12 +26,13 @@ class Check:
     text: str
 
 
-def doctor(*, test_isolation: bool = False) -> int:
+def doctor(*, test_isolation: Flag = False) -> int:
     """Check this installation: versions, graphics, isolation, plug-ins, API keys.
 
     Prints which API keys are set, never their values. Exit code 0: AID-SR works here. 1: there is a problem.
 
         aidsr doctor
+
         aidsr doctor --test-isolation
 
     Parameters

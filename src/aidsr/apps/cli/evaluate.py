@@ -38,13 +38,13 @@ def evaluate(
     training
         Folder of a finished training.
     episodes
-        Number of variations to evaluate; a verdict uses 100.
+        Number of variations to evaluate, one episode each, at least 20; a verdict of the benchmark has 100.
     level
         Level of the task; default: the level of the training.
     split
         "held_out" are the variations that score the policy; "development" are those that may be used while designing.
     threads
-        Native threads for physics; 0 uses all processors.
+        Native threads for physics; 0 uses all processors. Results do not depend on it.
     videos
         Write videos of the best and the median episode.
     perturbed

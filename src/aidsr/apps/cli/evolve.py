@@ -49,7 +49,8 @@ def evolve(
     Parameters
     ----------
     objective
-        What the robot should do, in plain words; requires --environment and --goal.
+        What the robot should do, in plain words and in quotes; requires --environment and --goal. Leave it out with
+        --task.
     task
         Benchmark task, with its own objective, environment and goal; `aidsr tasks` lists the tasks.
     level
@@ -61,9 +62,10 @@ def evolve(
     generations
         Maximum number of generations.
     train
-        Number of designs per generation that get a short training, among those whose trial reaches the decisive stage.
+        Number of designs per generation that get a short training, among those that did the decisive part of their task
+        when they were tested without learning.
     steps
-        Control steps of each short training.
+        With --train: maximum control steps (actions) for each policy.
     out
         Folder of the evolution: its runs, its archive (for `aidsr design --memory`) and report.md.
     """

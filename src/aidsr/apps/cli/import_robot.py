@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 def import_robot(
     file: Path,
+    /,
     *,
     out: Annotated[Path | None, Parameter(show_default=False)] = None,
     folder: Annotated[Path | None, Parameter(show_default=False)] = None,

@@ -26,7 +26,7 @@ def mcp(
     Parameters
     ----------
     folder
-        Folder in which scenes are stored.
+        Folder in which the agent's robots, scenes and own tasks are stored; it is created when it is needed.
     runs
         Folder of the runs that the agent may read.
     config
@@ -34,9 +34,13 @@ def mcp(
         an agent starts the server in its own directory and without your shell's environment.
     """
     from aidsr.apps.cli.terminal import write_document
+    from aidsr.core.errors import UserError
     from aidsr.core.extras import require_extra
 
     require_extra("mcp", "the server")
+    for option, path in (("--folder", folder), ("--runs", runs)):
+        if path.is_file():
+            raise UserError(f"{option} {path} is a file; give a folder")
     from aidsr.apps.mcp.server import build_server
 
     if config:

@@ -11,6 +11,8 @@ Like = Literal["touch", "grasp", "carry", "turn", "crawl"]
 def new(name: Path, /, *, like: Like = "touch") -> int:
     """Write a template for a job of your own: an environment, a goal and a script that checks them.
 
+    Edit the three files, then run `aidsr check` and `aidsr design` on them. Existing files are never changed.
+
         aidsr new tap --like turn
 
     Parameters

@@ -75,7 +75,7 @@ def option(field: FieldInfo, name: str | None = None) -> Parameter:
         help=field.description,
         validator=Number(**limits) if limits else None,
         negative="" if is_switch else None,
-        show_default=False if is_switch else None,
+        show_default=False if is_switch or field.default == "" else None,
     )
 
 

@@ -72,12 +72,15 @@ class PlanOptions:
             help="Number of policies to train for each approved design; 0 trains none.",
         ),
     ] = 1
-    steps: Annotated[int, Parameter(validator=Number(gte=1), help="Maximum control steps for each policy.")] = (
-        BUDGET_STEPS
-    )
+    steps: Annotated[
+        int, Parameter(validator=Number(gte=1), help="Maximum control steps (actions) for each policy.")
+    ] = BUDGET_STEPS
     protocol: Annotated[
         Protocol,
-        Parameter(help='"best" is soft actor-critic with held actions; "paper" is PPO, for comparison.'),
+        Parameter(
+            help='Algorithm and its settings. "best" is soft actor-critic, each action held for three control steps; '
+            '"paper" is PPO, for comparison.'
+        ),
     ] = "best"
     probe: Annotated[bool, Parameter(help="Also probe each approved design without learning.")] = True
     perturbed: Annotated[

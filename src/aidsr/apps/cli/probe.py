@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def probe(
-    scene: Path,
+    design: Path,
     /,
     *,
     task: str | None = None,
@@ -51,19 +51,19 @@ def probe(
 
     Parameters
     ----------
-    scene
-        Folder of an approved design, or MJCF of a robot placed in the environment of a task.
+    design
+        Folder of an approved design, or MJCF of a scene: a robot placed in the environment of a task.
     task
-        Name of the task; not needed for a design.
+        Benchmark task; not needed for a design, which records its task.
     level
-        Level of the task.
+        Level of the task; default: that of the design, for a scene "standard".
     goal
-        Goal file for your own environment, instead of a task.
+        TOML file that defines how success is measured in your own environment, instead of a task.
     candidates
         Motions to try for each variation, in whole generations of 16: of 100, only 96 are tried. Default: 128; with a
         goal, 256.
     variations
-        Number of variations of the task; each is searched separately.
+        Number of development variations of the task; each is searched separately.
     max_steps
         Maximum physics steps of all simulations together. Default: 300,000; with a goal, 1,000,000.
     seed
@@ -73,19 +73,26 @@ def probe(
     threads
         Native threads for physics; 0 uses all processors. Results do not depend on it.
     out
-        File for the complete report; default: probe.json in the design's folder, no file for a single scene.
+        JSON file for the complete report; a PNG picture of the best motion is written beside it. Default: probe.json in
+        the design's folder, no files for a single scene. Existing files are replaced.
     film
-        Also write the best motion as MP4 beside the report; requires OpenGL. A PNG picture of it is always written.
+        Also write the best motion as MP4 beside the report; requires OpenGL.
     json
         Print the complete report as JSON.
     """
     from rich.markup import escape
 
     from aidsr import api
+    from aidsr.apps.cli.output_file import require_output
     from aidsr.apps.cli.terminal import make_console, write_document
-    from aidsr.core.errors import with_source
+    from aidsr.core.errors import UserError, with_source
     from aidsr.runs.files import replace_file
 
+    if out is not None:
+        require_output(out, option="--out", suffix=".json")
+    kept = out if out is not None else design / "probe.json" if design.is_dir() else None
+    if film and kept is None and design.exists():
+        raise UserError("--film writes beside the report, and a single scene has none; name one with --out")
     began, next_line = time.monotonic(), 0
     told = make_console(to_stderr=True)
 
@@ -99,9 +106,9 @@ def probe(
             next_line = point.motions + point.candidates // 10
             told.print(line, style="dim", soft_wrap=True)
 
-    with told.status("trying motions") as status, with_source(scene):
+    with told.status("trying motions") as status, with_source(design):
         report = api.probe(
-            scene,
+            design,
             task or "",
             level=level,
             goal=goal or "",
@@ -113,7 +120,6 @@ def probe(
             threads=threads,
             listen=listen,
         )
-    kept = out if out is not None else scene / "probe.json" if scene.is_dir() else None
     if kept is not None:
         replace_file(kept, _as_json(report).encode())
     if json:
@@ -121,7 +127,7 @@ def probe(
     else:
         _print(make_console(), report, kept)
     if kept is not None:
-        played = api.film(scene, report, task or "", level=level, goal=goal or "")
+        played = api.film(design, report, task or "", level=level, goal=goal or "")
         drawn = _draw(played, kept, film=film)
         if not json:
             make_console(soft_wrap=True).print(f"Best motion drawn in {escape(', '.join(drawn))}", style="dim")

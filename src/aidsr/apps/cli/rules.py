@@ -6,7 +6,10 @@ from aidsr.apps.cli.flag import Flag
 
 
 def rules(*codes: str, page: Flag = False) -> int:
-    """List the rules of the validator, or describe rules in full; in a file or pipe, the description is Markdown.
+    """List the rules of the validator, or describe rules in full.
+
+    A description has the reason, the limit, the cure, and MJCF that fails and that passes. In a file or pipe it is
+    Markdown.
 
         aidsr rules
 
@@ -15,7 +18,7 @@ def rules(*codes: str, page: Flag = False) -> int:
     Parameters
     ----------
     codes
-        Fault codes, as in a report.
+        Fault codes, as in a report of `aidsr validate`; without one, all rules are listed.
     page
         Print the complete reference of the built-in rules as Markdown.
     """

@@ -20,6 +20,8 @@ def show(
 ) -> int:
     """Show the status of a run, or of one of its designs, and the files it holds, or list the runs in a folder.
 
+    Works while the run is in progress as well.
+
         aidsr show runs/2026-01-31_1002_button_pushing_7f3a
 
         aidsr show runs/2026-01-31_1002_button_pushing_7f3a/designs/1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -14,7 +15,7 @@ from aidsr.core.progress_lines import INTERRUPTED
 
 
 def train(
-    scene: Path,
+    design: Path,
     /,
     *,
     task: str | None = None,
@@ -22,7 +23,7 @@ def train(
     goal: Path | None = None,
     protocol: Protocol = "best",
     steps: Annotated[int, Parameter(validator=Number(gte=1))] = BUDGET_STEPS,
-    minutes: Annotated[float | None, Parameter(validator=Number(gt=0))] = None,
+    minutes: Annotated[float | None, Parameter(validator=Number(gt=0, lt=math.inf))] = None,
     seeds: Annotated[int, Parameter(validator=Number(gte=1, lte=100))] = 1,
     first_seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     out: Path | None = None,
@@ -52,20 +53,22 @@ def train(
 
     Parameters
     ----------
-    scene
-        Folder of an approved design, or MJCF of a robot placed in the environment of a task.
+    design
+        Folder of an approved design, or MJCF of a scene: a robot placed in the environment of a task.
     task
-        Name of the task; not needed for a design.
+        Benchmark task; not needed for a design, which records its task.
     level
-        Level of the task.
+        Level of the task; default: that of the design, for a scene "standard".
     goal
-        Goal file for your own environment, instead of a task.
+        TOML file that defines how success is measured in your own environment, instead of a task.
     protocol
-        "best" is soft actor-critic with held actions; "paper" is PPO, for comparison.
+        Algorithm and its settings. "best" is soft actor-critic, each action held for three control steps; "paper" is
+        PPO, for comparison.
     steps
-        Maximum control steps for each seed; training ends earlier when the success rate is saturated.
+        Maximum control steps (actions) for each policy; training ends earlier when the success rate is saturated.
     minutes
-        Maximum wall time for each seed, in minutes. A training that it ends cannot be repeated step by step.
+        Maximum wall time for each policy in minutes; default: none. A training that it ends cannot be repeated step by
+        step.
     seeds
         Number of policies to train, one after the other.
     first_seed
@@ -75,7 +78,7 @@ def train(
     grouping
         "auto" groups actuators as in the design, or by symmetric limbs; "off" gives each actuator its own action.
     from_probe
-        With protocol "paper": first search an open-loop motion, as `aidsr probe` does; if one succeeds, the policy
+        With --protocol paper: first search an open-loop motion, as `aidsr probe` does; if one succeeds, the policy
         starts from it.
     smoothing
         Share of the previous action that is kept in the next one, from 0 to below 1. Try 0.7 for a soft robot that
@@ -84,11 +87,11 @@ def train(
         Vary the model in each training episode as a real robot may differ from it: parameters changed by up to 20 %,
         actions delayed by 40 ms in half of the episodes, cable friction at the guides.
     stop_hopeless
-        Stop a training in which no episode has succeeded after 70 % of its steps. Requires protocol "best".
+        Stop a training in which no episode has succeeded after 70 % of its steps. Requires --protocol best.
     script
         Motion that the policy starts from and corrects. "own": the motion with which the design's author saw it do the
         task; if there is none, a short probe searches a motion that learning has to beat. "none": no motion. Otherwise
-        a file with a motion script. Requires protocol "best".
+        a file with a motion script (docs/tools.md), which requires --protocol best.
     threads
         Native threads for physics; 0 uses all processors. Results do not depend on it.
     tensorboard
@@ -108,21 +111,21 @@ def train(
     from aidsr.apps.cli.training import Trainer
     from aidsr.core.errors import with_source
     from aidsr.learn.openloop.script import read_script
-    from aidsr.learn.rl.recipe import recipe_of
+    from aidsr.learn.rl.recipe import NAMED_SCRIPTS, recipe_of
 
-    given = {"own": None, "none": ""}[script] if script in ("own", "none") else read_script(Path(script))
+    motion = script if script in NAMED_SCRIPTS else read_script(Path(script))
     recipe = recipe_of(
         protocol,
         from_probe=from_probe,
         smoothing=smoothing,
         randomize=randomize,
         stop_hopeless=stop_hopeless,
-        script=given or "",
+        script=motion,
     )
-    found = find_scene(scene, task or "", level=level, goal=goal or "")
+    found = find_scene(design, task or "", level=level, goal=goal or "")
     console = make_console()
-    recipe = recipe.starting_from(given, found.script)
-    if given is None and recipe.script:
+    recipe = recipe.starting_from(motion, found.script)
+    if motion == "own" and recipe.script:
         console.print("The policy starts from the script of the design's author; --script none trains without it")
     trainer = Trainer(
         console,
@@ -137,7 +140,7 @@ def train(
         again=again,
     )
     try:
-        with with_source(scene):
+        with with_source(design):
             successful = trainer.train(found, out if out is not None else found.home / "training", grouping)
     except KeyboardInterrupt:
         same = "the same command without --again" if again else "the same command"

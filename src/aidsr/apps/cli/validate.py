@@ -37,9 +37,9 @@ def validate(
     """Find physical faults of robots or scenes, and check whether they are tendon-driven continuum robots.
 
     Loads the model with strict rules, drives every actuator in simulation, and reports all faults together. There are
-    two verdicts: sound, if the physics holds, and in scope, if cables and a soft body do the work. Exit code 0: sound
-    (with --scope: sound and in scope). 1: not. 2: a mistake in the command. For several files, the highest code is
-    returned.
+    two verdicts: sound, if the physics holds, and in scope, if cables and a soft body do the work and a policy can
+    observe and command the robot. Exit code 0: sound (with --scope: sound and in scope). 1: not. 2: a mistake in the
+    command. For several files, the highest code is returned.
 
         aidsr validate robot.xml
 
@@ -61,9 +61,10 @@ def validate(
         Report what would prevent building as an error (guides, densities, walls, motor loads), and name suitable
         motors. Only `aidsr export` checks everything, including hinges and cable routes.
     mount
-        How a robot without a scene is held: "fixed" to the world, "free" on a plane, or "auto" by its freejoint.
+        How a robot without a scene is held: "fixed" to the world, "free" on a plane, or "auto": free if its root has a
+        free joint, otherwise fixed.
     needs_contact
-        The robot's task is only possible with contact.
+        The robot's task is only possible with contact: report a robot that cannot touch anything.
     select
         Apply only the rules with these codes, separated by commas; `aidsr rules` lists the codes.
     ignore

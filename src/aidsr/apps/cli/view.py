@@ -19,17 +19,17 @@ def view(path: Path, /, *, picture: Path = Path("aidsr_view.png")) -> int:
     path
         MJCF file, or the folder of a design or of one iteration.
     picture
-        PNG file of the picture if there is no display.
+        PNG file for the picture that is drawn if there is no display; an existing picture is replaced.
     """
     from rich.markup import escape
 
+    from aidsr.apps.cli.output_file import require_output
     from aidsr.apps.cli.terminal import make_console
-    from aidsr.core.errors import UserError, with_source
+    from aidsr.core.errors import with_source
     from aidsr.mjcf.read import open_mjcf
     from aidsr.render.viewer import view as look
 
-    if picture.suffix.lower() != ".png":
-        raise UserError(f"--picture {picture} is not a PNG file; give a file name that ends in .png")
+    require_output(picture, option="--picture", suffix=".png")
     model = model_of(path)
     with with_source(model):
         drawn = look(open_mjcf(model), picture)

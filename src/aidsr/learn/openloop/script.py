@@ -160,9 +160,11 @@ def read_script(path: Path) -> str:
     try:
         text = read_text_file(path, max_bytes=_MAX_CHARACTERS)
     except FileNotFoundError:
-        raise UserError(f"script not found: {path}") from None
+        raise UserError(f"script not found: {path}; give a file with a motion script (docs/tools.md)") from None
     except OSError as error:
-        raise UserError(f"cannot read {path} as a script: {error.strerror}") from None
+        raise UserError(
+            f"cannot read {path} as a script: {error.strerror}; give a file with a motion script (docs/tools.md)"
+        ) from None
     try:
         parse_script(text)
     except UserError as error:

@@ -155,16 +155,16 @@ class Recipe(Artifact):
         """Return the recipe of a policy without a motion to correct or to beat."""
         return self.model_copy(update={"script": "", "from_probe": False})
 
-    def starting_from(self, script: str | None, own: str) -> Recipe:
+    def starting_from(self, script: str, own: str) -> Recipe:
         """Return this recipe with the motion that a SAC policy starts from; a PPO recipe stays as it is.
 
         Args:
-            script: The motion; None for the design's own, "" for no motion at all, not even a searched one.
+            script: The motion; "own" for the design's own, "none" for no motion at all, not even a searched one.
             own: Script of the design's author; "" for none, then this recipe's search for a motion remains.
         """
         if self.algorithm != "sac":
             return self
-        return self.from_nothing() if script == "" else self.beginning_with(own if script is None else script)
+        return self.from_nothing() if script == "none" else self.beginning_with(own if script == "own" else script)
 
     def as_asked(self) -> Recipe:
         """Return the recipe as the user requested it, without the motion that a probe found."""
@@ -235,6 +235,10 @@ PROTOCOLS: Mapping[Protocol, Recipe] = MappingProxyType(
 )
 
 
+NAMED_SCRIPTS = ("own", "none")
+"""Names of motions to start from, instead of the text of a script: the design's own, or none; see `starting_from`."""
+
+
 def recipe_of(
     protocol: Protocol,
     *,
@@ -244,7 +248,7 @@ def recipe_of(
     stop_hopeless: bool = False,
     script: str = "",
 ) -> Recipe:
-    """Return the recipe of a protocol with the options of a user.
+    """Return the recipe of a protocol with the options of a user; `Recipe.starting_from` resolves "own" and "none".
 
     Raises:
         UserError: There is no such protocol, or the options are not compatible.
@@ -255,6 +259,7 @@ def recipe_of(
         raise UserError(
             'from_probe needs protocol "paper"; "best" searches a motion in any case, which the policy has to beat'
         )
+    script = "" if script in NAMED_SCRIPTS else script
     if script and protocol != "best":
         raise UserError('a policy that begins with a script needs protocol "best" (--protocol best)')
     if stop_hopeless and protocol != "best":

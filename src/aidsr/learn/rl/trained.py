@@ -53,6 +53,8 @@ class FinishedTraining:
                 f"Name one of its trainings: {trainings[-1].parent}" if trainings else "Train first, with aidsr train"
             )
             raise UserError(f"{folder} is not a finished training: {missing} not found. {advice}") from None
+        except NotADirectoryError:
+            raise UserError(f"{folder} is a file; give the folder of a finished training, as …/training/001") from None
         _check_version(folder, config)
         scene = TaskScene.of(
             folder / "scene.xml",

@@ -57,7 +57,9 @@ def read_goal(path: str | Path) -> AnyGoal:
     except FileNotFoundError:
         raise UserError(f"goal not found: {path}; give a TOML file as docs/goals.md shows") from None
     except OSError as error:
-        raise UserError(f"cannot read {path} as TOML: {error.strerror}") from None
+        raise UserError(
+            f"cannot read {path} as TOML: {error.strerror}; give a TOML file as docs/goals.md shows"
+        ) from None
     return parse_goal(text, str(path))
 
 

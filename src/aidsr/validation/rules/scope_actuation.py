@@ -86,7 +86,8 @@ NO_SENSORS = Rule(
     code="no_sensors",
     stage=Stage.SCOPE,
     finds="The robot has no sensors.",
-    why="A policy sees the robot through its sensors alone.",
+    why="A policy sees the robot through its sensors alone. The physics of a robot without any is sound, so this is a "
+    "matter of scope: a tendon-driven continuum robot that a policy can control.",
     limit="sensors of the robot: at least 1",
     check=find_out_of_scope_faults,
     unit="sensors",
