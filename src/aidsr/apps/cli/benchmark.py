@@ -72,7 +72,7 @@ def benchmark(
     limit = (limits or StudyLimits()).changed(read_budget(found))
     check_budget(found, limit)
     print_forecast(console, found, jobs=0 if ray else jobs, limit=limit)
-    check_machine(found, ray)
+    check_machine(found, ray or "")
     if dry_run:
         return 0
     confirmed(partial(require_study_is_ours, found), trust)
