@@ -282,7 +282,8 @@ def _verdict(verdict: Evaluation, play: Play | None) -> None:
                 text({"": "not measured", "yes": "passed", "no": "failed"}[held], f"badge {held}")
                 with box("stack tight grow"):
                     text(check.message, "small", "p")
-                    text(f"{check.name.replace('_', ' ')}: {format_check(check)}", "small soft numbers")
+                    measured = f": {format_check(check)}" if check.measured is not None else ""
+                    text(check.name.replace("_", " ") + measured, "small soft numbers")
     if verdict.perturbed:
         text("Perturbed scenes", "label")
         _perturbed(verdict.perturbed)
