@@ -191,7 +191,7 @@ def test_printed_parts_are_drawn_and_pointed_at(runs: Path, server: Server) -> N
         page.get_by_text("squares of 1 cm").wait_for()
         expect(page.locator(".v3d-letter")).to_have_text("A")
         page.get_by_role("button", name="A", exact=True).click()
-        page.get_by_text("2 × tip_x2, 12 g, 20 × 20 × 20 mm").wait_for()
+        page.get_by_text("2 × tip, 12 g, 20 × 20 × 20 mm").wait_for()
         with visitor.expect_page() as opened:
             page.get_by_role("link", name="Assembly sheet").click()
         sheet = opened.value

@@ -111,8 +111,8 @@ def _bed(run: Run, design: DesignFolder, parts: tuple[PartEntry, ...], made: str
             for part, mark in zip(parts, marks, strict=True):
                 with box(tag="tr") as row:
                     with box(tag="td"):
-                        button(mark, partial(view.choose, part.file), "bare", hint=f"Show {part.file}")
-                    text(part.file.replace("_", " "), "small name", "td")
+                        button(mark, partial(view.choose, part.file), "bare", hint=f"Show {part.in_words}")
+                    text(part.in_words, "small name", "td")
                     text(str(part.copies), "num", "td")
                     text(_material(part.material), "small line", "td")
                     text(f"{part.mass_g:.1f} g", "num", "td")
@@ -127,7 +127,7 @@ def _bed(run: Run, design: DesignFolder, parts: tuple[PartEntry, ...], made: str
 
 def _about(part: PartEntry) -> str:
     copies = f"{part.copies} × " if part.copies > 1 else ""
-    return f"{copies}{part.file}, {part.mass_g:.0f} g, {_size(part)}"
+    return f"{copies}{part.in_words}, {part.mass_g:.0f} g, {_size(part)}"
 
 
 def _size(part: PartEntry) -> str:
