@@ -271,8 +271,6 @@ def test_pictures_for_the_docs(runs: Path, server: Server) -> None:
         page.goto(f"{run}/2")
         page.wait_for_timeout(5000)  # the view in three dimensions begins to move
         shoot(page, "design")
-        open_tab(page, "MJCF")
-        shoot(page, "mjcf")
         page.get_by_role("button", name="Export").click()
         page.get_by_role("button", name="Export").click()
         page.get_by_text("squares of").wait_for()
@@ -310,8 +308,3 @@ def test_pictures_for_the_docs(runs: Path, server: Server) -> None:
         page.goto(waiting)
         page.get_by_role("button", name="Stop").click()
         page.locator("h1 + .badge.stopped").wait_for()
-    with browsing(color_scheme="dark") as visitor:
-        page = visitor.new_page()
-        page.goto(run)
-        page.get_by_text("stable", exact=True).first.wait_for()
-        shoot(page, "dark")

@@ -533,7 +533,7 @@ async def test_success_left_by_a_perturbation_is_shown(user: User, site: Site) -
     replace_file(folder / "evaluation.json", verdict.model_dump_json().encode())
     await user.open(f"/run/{run.path.name}/1")
     user.find("Training").click()
-    for expected in ("Perturbed scenes", "cable friction 0.3", "1 of 4", "5% to 70%", "25%"):
+    for expected in ("Perturbed scenes", "cable friction 0.3", "1 of 4", "5 % to 70 %", "25 %"):
         await user.should_see(expected)
 
 
@@ -552,7 +552,7 @@ def test_what_is_said_of_a_design_is_said_of_one_policy(tmp_path: Path) -> None:
     assert design_row(site.view(run), replace(view, warnings=2), design).warnings == 2
     rows = dict(comparison_column(run.name, design, view).rows)
     told = ("held-out success", "valid", "successful")
-    assert tuple(rows[name] for name in told) == ("75% of 4", "yes", "yes")
+    assert tuple(rows[name] for name in told) == ("75 % of 4", "yes", "yes")
 
 
 def at_work(site: Site, name: str, *lines: str) -> EventLog:
@@ -669,9 +669,9 @@ async def test_the_test_of_the_final_policy_is_no_point_of_the_learning_curve(us
     assert test is not None
     assert (test.success_share, test.progress) == (0.0, 0.1202)
     await user.open(f"/run/{run.path.name}/1?tab=training")
-    await user.should_see("29%")
+    await user.should_see("29 %")
     await user.should_see("Test of the kept policy after learning")
-    await user.should_see("0% succeeded, progress 0.12.")
+    await user.should_see("0 % succeeded, progress 0.12.")
     replace_file(folder / "curve.csv", rows.encode())
     assert without_tests(training, read_curve(training)) == (learned, None)
     beaten = {"steps": 4000, "seed": 7, "recipe": {"script": "hold 1", "from_probe": True}}
