@@ -1,6 +1,7 @@
 """The folder: whole, readable, honest about what differs, and never written over something else."""
 
 import json
+import re
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
@@ -42,6 +43,9 @@ def test_the_folder_holds_everything_a_builder_needs(folder) -> None:
     for part in listed:
         assert (folder / "parts" / f"{part['file']}.3mf").stat().st_size > 500
         assert (folder / "parts" / f"{part['file']}.stl").stat().st_size > 500
+        if part["what"] == "spool":
+            assert re.fullmatch(r"spool, .+, spool radius [\d.]+ mm", part["title"])
+        assert not re.search(r"_|\d(mm|x\d)| x\d", part["title"]), "as one would write it, without the copies"
     cables = json.loads((folder / "cables.json").read_text())
     assert len(cables) == 6
     assert all(cable["torque_share"] <= 1 and cable["cut_mm"] > cable["in_robot_mm"] for cable in cables)

@@ -134,6 +134,11 @@ def format_time_left(steps: float, per_s: float) -> str:
     return f"about {format_duration(max(steps, 0.0) / per_s)} left" if per_s > 0 else "–"
 
 
+def format_share(share: float) -> str:
+    """Return a share as "62 %"."""
+    return f"{100 * share:.0f} %"
+
+
 def format_repairs(counts: Mapping[str, int]) -> str:
     """Return the number of mechanical repairs and their kinds."""
     return f"{counted(sum(counts.values()), 'mechanical repair')}: {', '.join(counts)}"

@@ -35,6 +35,7 @@ class PrintedPart:
 
     Attributes:
         name: File name without extension.
+        title: Its name in words; `name` has no spaces, and the number of copies at its end.
         what: "robot", "station" or "spool".
         material: Material it is printed from.
         used_for: Names of the pieces of the robot, or of the actuators, it is used for; one for each copy.
@@ -44,6 +45,7 @@ class PrintedPart:
     """
 
     name: str
+    title: str
     what: str
     material: Material
     used_for: tuple[str, ...]
@@ -178,10 +180,12 @@ def _robot_parts(anatomy: Anatomy, shaping: Shaping, hinges: Hinges, printer: Pr
         lying, full = to_print(piece.solid, piece.up, printer, piece.necks)
         rods_kg = rods / len(moving) if piece.name in moving else 0.0
         weight = weigh(piece.solid, simulated, rods_kg, piece.material, printer, necks=piece.necks)
-        parts.append(
-            PrintedPart(_file_name(name), "robot", piece.material, tuple(p.name for p in pieces), lying, full, weight)
-        )
+        names, title = tuple(p.name for p in pieces), piece.name.replace("_", " ")
+        parts.append(PrintedPart(_file_name(name), title, "robot", piece.material, names, lying, full, weight))
     return parts
+
+
+_BENCH_TITLES = {"station": "motor mount", "spool": "spool"}
 
 
 def _bench_parts(
@@ -213,9 +217,9 @@ def _bench_parts(
         for what, solid, infill in build:
             lying, _ = to_print(solid, up, printer)
             mass = weigh(solid, 0.0, 0.0, stiff, printer, infill=infill)
-            parts.append(
-                PrintedPart(_file_name(f"{what}_{label}_x{len(group)}"), what, stiff, names, lying, None, mass)
-            )
+            title = f"{_BENCH_TITLES[what]}, {motor.split(',')[0]}, spool radius {drum.reach_mm:g} mm"
+            name = _file_name(f"{what}_{label}_x{len(group)}")
+            parts.append(PrintedPart(name, title, what, stiff, names, lying, None, mass))
     return parts
 
 

@@ -98,6 +98,7 @@ def _part_list(build: RobotBuild) -> list[dict[str, object]]:
     entries = (
         PartEntry(
             file=part.name,
+            title=part.title,
             what=part.what,
             copies=len(part.used_for),
             used_for=part.used_for,

@@ -116,6 +116,8 @@ class PartEntry(Artifact):
 
     file: str
     """Name of its files in parts/, without the file extension."""
+    title: str = ""
+    """Its name in words; empty in older exports."""
     what: str
     """ "robot", "station" (the mount of a motor) or "spool"."""
     copies: int
@@ -131,3 +133,8 @@ class PartEntry(Artifact):
     thinnest_wall_mm: float
     watertight: bool
     fits_bed: bool
+
+    @property
+    def in_words(self) -> str:
+        """Its title, or its file name with spaces."""
+        return self.title or self.file.replace("_", " ")

@@ -135,8 +135,9 @@ def made_export(design: DesignFolder, *, verdict: str = "buildable with changes"
     stl = bytes(80) + struct.pack("<I", len(records)) + b"".join(records)
     (folder / "parts" / "tip_x2.stl").write_bytes(stl)
     part = PartEntry(
-        file="tip_x2", what="robot", copies=2, used_for=("tip", "other"), material="tpu95a", infill=0.5, mass_g=12.3,
-        simulated_g=12.0, size_mm=(20, 20, 20), support_cm3=0, thinnest_wall_mm=1.2, watertight=True, fits_bed=False,
+        file="tip_x2", title="tip", what="robot", copies=2, used_for=("tip", "other"), material="tpu95a",
+        infill=0.5, mass_g=12.3, simulated_g=12.0, size_mm=(20, 20, 20), support_cm3=0, thinnest_wall_mm=1.2,
+        watertight=True, fits_bed=False,
     )  # fmt: skip
     (folder / "parts.json").write_text(f"[{part.model_dump_json()}]")
     (folder / "sheet.html").write_text(f"<h1>How to build it</h1>{SCRIPT}")

@@ -191,7 +191,7 @@ def test_printed_parts_are_drawn_and_pointed_at(runs: Path, server: Server) -> N
         page.get_by_text("squares of 1 cm").wait_for()
         expect(page.locator(".v3d-letter")).to_have_text("A")
         page.get_by_role("button", name="A", exact=True).click()
-        page.get_by_text("2 × tip_x2, 12 g, 20 × 20 × 20 mm").wait_for()
+        page.get_by_text("2 × tip, 12 g, 20 × 20 × 20 mm").wait_for()
         with visitor.expect_page() as opened:
             page.get_by_role("link", name="Assembly sheet").click()
         sheet = opened.value
@@ -271,8 +271,6 @@ def test_pictures_for_the_docs(runs: Path, server: Server) -> None:
         page.goto(f"{run}/2")
         page.wait_for_timeout(5000)  # the view in three dimensions begins to move
         shoot(page, "design")
-        open_tab(page, "MJCF")
-        shoot(page, "mjcf")
         page.get_by_role("button", name="Export").click()
         page.get_by_role("button", name="Export").click()
         page.get_by_text("squares of").wait_for()
@@ -310,8 +308,3 @@ def test_pictures_for_the_docs(runs: Path, server: Server) -> None:
         page.goto(waiting)
         page.get_by_role("button", name="Stop").click()
         page.locator("h1 + .badge.stopped").wait_for()
-    with browsing(color_scheme="dark") as visitor:
-        page = visitor.new_page()
-        page.goto(run)
-        page.get_by_text("stable", exact=True).first.wait_for()
-        shoot(page, "dark")

@@ -90,7 +90,7 @@ def test_a_run_at_work_says_how_long_it_takes_as_those_before(runs: Path, server
         row = page.locator("table.work tbody tr")
         expect(row).to_contain_text("1 of 2 designs finished; the Coder writes the robot")
         expect(row).to_contain_text("about 9 min")
-        expect(row.get_by_role("progressbar", name="50% done")).to_be_visible()
+        expect(row.get_by_role("progressbar", name="50 % done")).to_be_visible()
 
 
 def test_a_probe_at_work_is_listed_and_leads_to_its_tab(runs: Path, server: Server) -> None:

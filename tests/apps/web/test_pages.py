@@ -432,7 +432,7 @@ def test_the_physics_steps_of_a_probe_can_be_set(tmp_path: Path) -> None:
             press(user, "Start the probe")
             user.find("Maximum physics steps").elements.pop().value = 0
             press(user, "Start the probe")
-            await user.should_see("the maximum of physics steps must be a whole number of at least 1")
+            await user.should_see("Maximum physics steps must be a whole number above 0, or empty for the default")
 
     asyncio.run(visit())
     assert started == [["probe", str(run.design(1).path), *more] for more in ([], ["--max-steps", "900000"])]
@@ -533,7 +533,7 @@ async def test_success_left_by_a_perturbation_is_shown(user: User, site: Site) -
     replace_file(folder / "evaluation.json", verdict.model_dump_json().encode())
     await user.open(f"/run/{run.path.name}/1")
     user.find("Training").click()
-    for expected in ("Perturbed scenes", "cable friction 0.3", "1 of 4", "5% to 70%", "25%"):
+    for expected in ("Perturbed scenes", "cable friction 0.3", "1 of 4", "5 % to 70 %", "25 %"):
         await user.should_see(expected)
 
 
@@ -552,7 +552,7 @@ def test_what_is_said_of_a_design_is_said_of_one_policy(tmp_path: Path) -> None:
     assert design_row(site.view(run), replace(view, warnings=2), design).warnings == 2
     rows = dict(comparison_column(run.name, design, view).rows)
     told = ("held-out success", "valid", "successful")
-    assert tuple(rows[name] for name in told) == ("75% of 4", "yes", "yes")
+    assert tuple(rows[name] for name in told) == ("75 % of 4", "yes", "yes")
 
 
 def at_work(site: Site, name: str, *lines: str) -> EventLog:
@@ -613,6 +613,48 @@ async def test_a_budget_that_is_too_small_to_tell_anything_has_a_hint(user: User
         assert ("So few steps only show how training works" in shown(user)) is hinted
 
 
+def test_a_number_out_of_range_is_kept_and_refused_with_the_range(tmp_path: Path) -> None:
+    site, started = noting(Site.at(tmp_path / "runs"))
+    run = made_run(site.library.path, designs=1)
+
+    async def visit() -> None:
+        async with visitor(site) as user:
+            await user.open(f"/run/{run.path.name}/1?tab=training")
+            for label, value, allowed in (
+                ("Maximum steps", 0, "a whole number of at least 1"),
+                ("Policies (trained in sequence)", 999, "a whole number from 1 to 100"),
+                ("First seed", -1, "a whole number of at least 0"),
+            ):
+                field = user.find(label).elements.pop()
+                before, field.value = field.value, value
+                assert (field.value, field.error) == (value, allowed)
+                field.sanitize()  # as when the field is left
+                assert field.value == value
+                press(user, "Start training")
+                await user.should_see(f"{label} must be {allowed}")
+                field.value = before
+                assert field.error is None
+
+    asyncio.run(visit())
+    assert not started
+
+
+@visiting
+async def test_a_held_out_variation_that_does_not_exist_is_not_played(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=2)
+    made_training(run.design(1))
+    await user.open(f"/compare?design={run.name}/1&design={run.name}/2")
+    field = user.find("Held-out variation").elements.pop()
+    field.value = 999
+    field.sanitize()
+    assert (field.value, field.error) == (999, "a whole number from 0 to 99")
+    press(user, "Play in all views")
+    await user.should_not_see("cannot be replayed")
+    field.value = 99
+    press(user, "Play in all views")
+    await user.should_see("the episodes of this training cannot be replayed: policy.zip not found")
+
+
 @visiting
 async def test_the_test_of_the_final_policy_is_no_point_of_the_learning_curve(user: User, site: Site) -> None:
     """The first rows are a training of 4,000 steps: 29 % of its episodes succeeded, then none of the 20 of the test."""
@@ -627,9 +669,9 @@ async def test_the_test_of_the_final_policy_is_no_point_of_the_learning_curve(us
     assert test is not None
     assert (test.success_share, test.progress) == (0.0, 0.1202)
     await user.open(f"/run/{run.path.name}/1?tab=training")
-    await user.should_see("29%")
+    await user.should_see("29 %")
     await user.should_see("Test of the kept policy after learning")
-    await user.should_see("0% succeeded, progress 0.12.")
+    await user.should_see("0 % succeeded, progress 0.12.")
     replace_file(folder / "curve.csv", rows.encode())
     assert without_tests(training, read_curve(training)) == (learned, None)
     beaten = {"steps": 4000, "seed": 7, "recipe": {"script": "hold 1", "from_probe": True}}
@@ -823,6 +865,19 @@ async def test_a_template_fills_the_form_and_a_goal_is_checked_as_it_is_typed(us
         await user.should_see(sentence, retries=100)
     field.set_value('kind = "touch"\ntarget = "bell"\nhold_s = 0.25')
     await user.should_see("0.25 s", retries=100)
+
+
+@visiting
+async def test_the_form_of_a_goal_leads_to_the_page_of_the_manual(user: User, site: Site) -> None:
+    await user.open("/new?template=bell")
+    (link,) = user.find("Kinds and keys of goals").elements
+    await user.open(link.props["href"])
+    assert user.client.title == "Goals · AID-SR"
+    assert '<h2 id="an-order-of-stages">' in shown(user).replace('\\"', '"')
+    assert "```" not in shown(user), "each block of code is one, also with a title"
+    assert (await user.http_client.get("/docs/images/web/home.png")).status_code == 200
+    await user.open("/docs/gaols.md")
+    await user.should_see('no page "gaols" in the manual')
 
 
 def asked_by_hand(directory: Path, number: int, said: str) -> None:

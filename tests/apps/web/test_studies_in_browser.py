@@ -32,7 +32,6 @@ def test_a_study_is_started_watched_and_opened_down_to_a_run(runs: Path, server:
         page.get_by_role("group", name="protocol").get_by_role("button", name="paper").click()
         page.get_by_text("Also probe each approved design").click()
         expect(estimated).to_contain_text(re.compile(r"about \d+(\.\d s| min)"))
-        shoot(page, "study_form", whole=True)
         page.get_by_role("button", name="Start the study").click()
         page.wait_for_url("**/study/first")
         expect(page.get_by_text("1 of 1 approved")).to_be_visible()

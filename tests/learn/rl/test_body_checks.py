@@ -8,6 +8,7 @@ import pytest
 pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
 from aidsr.core.artifacts import Placement, Robot
+from aidsr.core.formatting import format_check
 from aidsr.learn.episodes.plausibility import necessity_check, part_check, start_check
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.evaluation import body_checks, rollout_with_stats
@@ -172,6 +173,7 @@ def test_a_free_robot_starts_at_its_mount(ahead_m, passed):
     model = compile_mjcf(assemble(robot, task.environment, placement, task.sensors).mjcf)
     check = start_check(model, read_structure(model))
     assert (check.name, check.passed) == ("starts_at_mount", passed)
+    assert format_check(check).endswith(" of the robot's length (at most 0.5)")
 
 
 @pytest.mark.parametrize(("below_m", "passed"), [(0.0, True), (0.3, False)])

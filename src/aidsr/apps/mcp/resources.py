@@ -10,7 +10,7 @@ from pathlib import Path
 from mcp.server.mcpserver import MCPServer
 from mcp.server.mcpserver.exceptions import ResourceError, ResourceNotFoundError
 
-import aidsr
+from aidsr.core.documentation import NO_DOCS, docs_pages, docs_title
 from aidsr.core.errors import AidsrError
 from aidsr.core.formatting import excerpt
 from aidsr.core.numbered import is_number
@@ -21,9 +21,6 @@ from aidsr.runs.library import Library
 from aidsr.runs.status import read_status
 from aidsr.teams.llm.prompts import render
 
-_DOCS = Path(aidsr.__file__).parents[2] / "docs"
-"""Folder of the manual; it exists only if AID-SR runs from its source tree."""
-_NO_DOCS = "the manual is not installed here; its pages are in the folder docs of the sources"
 _MOST_RUNS = 100
 """Maximum number of runs in the list. Our choice: usually the newest runs are of interest."""
 
@@ -45,14 +42,15 @@ def add_resources(server: MCPServer, runs: Path) -> None:
     @server.resource("aidsr://docs", mime_type="text/markdown")
     def docs() -> str:
         """The pages of the manual: address and title of each."""
-        return "\n".join(f"- aidsr://docs/{name}: {_title(page)}" for name, page in _pages().items()) or _NO_DOCS
+        titles = ((name, docs_title(page)) for name, page in docs_pages().items())
+        return "\n".join(f"- aidsr://docs/{name}: {title}" for name, title in titles) or NO_DOCS
 
     @server.resource("aidsr://docs/{page}", mime_type="text/markdown")
     def docs_page(page: str) -> str:
         """One page of the manual, such as aidsr://docs/goals."""
-        pages = _pages()
+        pages = docs_pages()
         if not pages:
-            raise ResourceNotFoundError(_NO_DOCS)
+            raise ResourceNotFoundError(NO_DOCS)
         if page not in pages:
             near = closest_name(page, list(pages))
             raise ResourceNotFoundError(
@@ -106,15 +104,6 @@ def add_resources(server: MCPServer, runs: Path) -> None:
                     f"{run} has no approved design {excerpt(number)}; aidsr://runs/{run} tells of its designs"
                 )
             return scene.read_text(encoding="utf-8")
-
-
-def _pages() -> dict[str, Path]:
-    """Return the pages of the manual by name."""
-    return {page.stem: page for page in sorted(_DOCS.glob("*.md"))}
-
-
-def _title(page: Path) -> str:
-    return page.read_text(encoding="utf-8").partition("\n")[0].lstrip("# ")
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from aidsr.apps.web.site import Site
 from aidsr.apps.web.studies_panel import studies_panel
 from aidsr.apps.web.widgets import box, button, clock, notice, text
 from aidsr.core.errors import AidsrError, UserError
-from aidsr.core.formatting import format_duration
+from aidsr.core.formatting import format_duration, format_share
 
 _COLUMNS = ("activity", "state", "progress", "time left", "since", "stop")
 
@@ -71,7 +71,8 @@ def _row(site: Site, activity: Activity) -> None:
     text(activity.doing, "wait" if activity.waits else "", "td")
     with box(tag="td"):
         if activity.share is not None:
-            with box(tag="progress", value=f"{activity.share:.3f}", max="1", aria_label=f"{activity.share:.0%} done"):
+            done = f"{format_share(activity.share)} done"
+            with box(tag="progress", value=f"{activity.share:.3f}", max="1", aria_label=done):
                 pass
     text("" if activity.left_s is None else f"about {format_duration(activity.left_s)}", "numbers", "td")
     with box("numbers", "td"):

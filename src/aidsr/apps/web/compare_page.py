@@ -12,6 +12,7 @@ from aidsr.apps.web.addresses import design_address, file_address
 from aidsr.apps.web.comparison import compare_measured
 from aidsr.apps.web.curve import CURVE_COLOURS, curves_svg
 from aidsr.apps.web.designs_page import MOST_COMPARED, designs_to_pick
+from aidsr.apps.web.form_values import whole_number_field
 from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import as_action, show_error
 from aidsr.apps.web.mjcf_text import difference
@@ -22,6 +23,7 @@ from aidsr.apps.web.site import Site
 from aidsr.apps.web.view3d import Model, SceneView
 from aidsr.apps.web.widgets import box, button, fault_found, text
 from aidsr.core.artifacts import Robot
+from aidsr.core.config import VERDICT_EPISODES
 from aidsr.core.errors import AidsrError, UserError
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.compare import attempted
@@ -132,14 +134,14 @@ def _same_episode(compared: list[_Compared], views: list[SceneView | None]) -> N
     ready = [(one.training, view) for one, view in zip(compared, views, strict=True) if one.training and view]
     if not ready:
         return
-    chosen = {"variation": 0}
 
     async def play() -> None:
+        if not field.validate():
+            return  # the field, beside the button, says what is allowed
         go.props["loading"] = True
         try:
             for training, view in ready:
-                variation = int(chosen["variation"] or 0)
-                episode = await background.io_bound(record, compared[0].site, training, variation)
+                episode = await background.io_bound(record, compared[0].site, training, int(field.value))
                 if episode is not None:
                     view.play(episode, scroll=False)
         except AidsrError as error:
@@ -148,9 +150,8 @@ def _same_episode(compared: list[_Compared], views: list[SceneView | None]) -> N
             go.props["loading"] = False
 
     with box("row"):
-        field = ui.number("Held-out variation", min=0, max=99, step=1, precision=0, format="%d").props("outlined dense")
-        field.style("min-width: 170px")
-        field.bind_value(chosen, "variation")
+        field = whole_number_field("Held-out variation", least=0, most=VERDICT_EPISODES - 1)
+        field.style("min-width: 170px").value = 0
         go = button("Play in all views", play, "primary", "play_arrow")
         if len(ready) < len(compared):
             text("Designs without a policy do not move.", "small soft")

@@ -12,7 +12,7 @@ from aidsr.apps.web.addresses import design_address, file_address
 from aidsr.apps.web.live import live
 from aidsr.apps.web.site import DesignView, Site
 from aidsr.apps.web.widgets import badge, box, image, text
-from aidsr.core.formatting import format_cost, format_duration, format_number
+from aidsr.core.formatting import format_cost, format_duration, format_number, format_share
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.compare import attempted
 from aidsr.runs.trainings import best_verdict, verdicts_of
@@ -92,7 +92,7 @@ def _trained(folder: DesignFolder) -> list[tuple[str, str]]:
     if best is None:
         return []
     return [
-        ("held-out success", f"{best.success_share:.0%} of {len(best.episodes)}"),
+        ("held-out success", f"{format_share(best.success_share)} of {len(best.episodes)}"),
         ("valid", "yes" if best.valid else "no"),
         ("successful", "yes" if best.successful else "no"),
     ]

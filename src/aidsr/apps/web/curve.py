@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from html import escape
 
+from aidsr.core.formatting import format_share
 from aidsr.runs.trainings import CurveRow
 
 _WIDTH, _HEIGHT, _LEFT, _BOTTOM, _TOP = 640, 220, 44, 26, 10
@@ -47,7 +48,7 @@ def scatter_svg(points: Sequence[tuple[float, float, str]], against: str) -> str
     most = max((amount for amount, _, _ in points), default=1) or 1
     drawn = "".join(
         f'<circle class="dot" cx="{_across(amount, most):.1f}" cy="{_up(share):.1f}" r="4.5">'
-        f"<title>{escape(name)}: {share:.0%}, {escape(against)}: {_short(amount)}</title></circle>"
+        f"<title>{escape(name)}: {format_share(share)}, {escape(against)}: {_short(amount)}</title></circle>"
         for amount, share, name in points
     )
     return _framed(f"held-out success against {against}", most, drawn)
@@ -65,7 +66,7 @@ def _framed(name: str, most: float, drawn: str) -> str:
     """Return a drawing between axes from 0 to 100 % and from 0 to `most`."""
     grid = "".join(
         f'<line class="axis" x1="{_LEFT}" x2="{_WIDTH - 8}" y1="{_up(share):.1f}" y2="{_up(share):.1f}"/>'
-        f'<text x="{_LEFT - 8}" y="{_up(share) + 4:.1f}" text-anchor="end">{share:.0%}</text>'
+        f'<text x="{_LEFT - 8}" y="{_up(share) + 4:.1f}" text-anchor="end">{format_share(share)}</text>'
         for share in (0.0, 0.5, 1.0)
     )
     ticks = "".join(

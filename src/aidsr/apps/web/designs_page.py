@@ -19,7 +19,7 @@ from aidsr.apps.web.site import DesignView, RunView, Site, model_in_words, state
 from aidsr.apps.web.widgets import badge, box, button, image, label_cells, text
 from aidsr.core.artifacts import Evaluation
 from aidsr.core.errors import UserError
-from aidsr.core.formatting import task_title
+from aidsr.core.formatting import format_share, task_title
 from aidsr.fabrication.schema import PartEntry
 from aidsr.runs import DesignFolder
 from aidsr.runs.compare import attempted
@@ -269,7 +269,7 @@ def _cells(row: DesignRow, filters: _Filters, act: Callable[..., None]) -> None:
         badge(row.state, row.warnings)
     text(str(row.iterations), "num", "td")
     text(f"{row.tokens:,}", "num", "td")
-    text("–" if row.success is None else f"{row.success:.0%}", "num", "td")
+    text("–" if row.success is None else format_share(row.success), "num", "td")
     text(row.started[:10], "line numbers", "td")
 
 

@@ -10,6 +10,7 @@ from nicegui import ui
 from aidsr.apps.web.addresses import download_address, file_address, sheet_address
 from aidsr.apps.web.view3d import PartsView, PlacedPart
 from aidsr.apps.web.widgets import box, button, fact, fault_found, label_cells, text
+from aidsr.core.formatting import format_share
 from aidsr.fabrication.materials import materials
 from aidsr.fabrication.printers import PRINTERS
 from aidsr.fabrication.schema import Change, PartEntry, Retest, Verdict
@@ -111,8 +112,8 @@ def _bed(run: Run, design: DesignFolder, parts: tuple[PartEntry, ...], made: str
             for part, mark in zip(parts, marks, strict=True):
                 with box(tag="tr") as row:
                     with box(tag="td"):
-                        button(mark, partial(view.choose, part.file), "bare", hint=f"Show {part.file}")
-                    text(part.file.replace("_", " "), "small name", "td")
+                        button(mark, partial(view.choose, part.file), "bare", hint=f"Show {part.in_words}")
+                    text(part.in_words, "small name", "td")
                     text(str(part.copies), "num", "td")
                     text(_material(part.material), "small line", "td")
                     text(f"{part.mass_g:.1f} g", "num", "td")
@@ -127,7 +128,7 @@ def _bed(run: Run, design: DesignFolder, parts: tuple[PartEntry, ...], made: str
 
 def _about(part: PartEntry) -> str:
     copies = f"{part.copies} × " if part.copies > 1 else ""
-    return f"{copies}{part.file}, {part.mass_g:.0f} g, {_size(part)}"
+    return f"{copies}{part.in_words}, {part.mass_g:.0f} g, {_size(part)}"
 
 
 def _size(part: PartEntry) -> str:
@@ -162,9 +163,9 @@ def _retest(retest: Retest, told: Collection[str]) -> None:
             fact("largest displacement, built", f"{1000 * retest.reach_m:.0f} mm")
             fact("largest displacement, designed", f"{1000 * retest.designed_reach_m:.0f} mm")
             if retest.success_share is not None:
-                fact("policy success, built", f"{retest.success_share:.0%}")
+                fact("policy success, built", format_share(retest.success_share))
             if retest.designed_success_share is not None:
-                fact("policy success, designed", f"{retest.designed_success_share:.0%}")
+                fact("policy success, designed", format_share(retest.designed_success_share))
         for fault in retest.motion_faults:
             fault_found(fault)
         building = [fault for fault in retest.building_faults if fault.code not in told]

@@ -43,20 +43,30 @@ def whole_number(title: str, value: object, *, least: int, most: int | None = No
     return int(value)
 
 
-def limit_field(title: str, *, step: float, whole: bool) -> ui.number:
-    """Return a field for a limit, which may stay empty; `whole` refuses fractions."""
-    field = NumberField(title, min=0, step=step, validation=lambda value: _limit_complaint(value, whole=whole) or None)
-    field.props["placeholder"] = "no limit"
+def limit_field(title: str, *, step: float, whole: bool, empty: str = "no limit") -> ui.number:
+    """Return a field for a limit, which may stay empty; see `limit`."""
+
+    def complaint(value: float | None) -> str | None:
+        return _limit_complaint(value, whole=whole, empty=empty) or None
+
+    field = NumberField(title, min=0, step=step, validation=complaint)
+    field.props["placeholder"] = empty
     return field.props("outlined dense clearable")
 
 
-def limit(title: str, value: float | None, *, whole: bool) -> float | None:
+def limit(title: str, value: float | None, *, whole: bool, empty: str = "no limit") -> float | None:
     """Return the limit in a field; None if the field is empty.
+
+    Args:
+        title: Title of the field, for the error message.
+        value: Value of the field; None if it is empty.
+        whole: Whether fractions are refused.
+        empty: What holds if the field is empty.
 
     Raises:
         UserError: The limit is not above zero, or is a fraction where `whole` refuses these.
     """
-    if complaint := _limit_complaint(value, whole=whole):
+    if complaint := _limit_complaint(value, whole=whole, empty=empty):
         raise UserError(f"{title} must be {complaint}")
     return value
 
@@ -69,7 +79,7 @@ def _allowed(least: int, most: int | None) -> str:
     return f"a whole number of at least {least}" if most is None else f"a whole number from {least} to {most}"
 
 
-def _limit_complaint(value: float | None, *, whole: bool) -> str:
+def _limit_complaint(value: float | None, *, whole: bool, empty: str) -> str:
     if value is None or (isfinite(value) and value > 0 and (float(value).is_integer() or not whole)):
         return ""
-    return f"{'a whole number ' * whole}above 0, or empty for no limit"
+    return f"{'a whole number ' * whole}above 0, or empty for {empty}"

@@ -10,6 +10,7 @@ from typing import Any
 from nicegui import run as background
 from nicegui import ui
 
+from aidsr.apps.web.docs_page import docs_address
 from aidsr.apps.web.upload import GOAL, Form, upload
 from aidsr.apps.web.widgets import box, button, fact, notice, text
 from aidsr.core.artifacts import EnvironmentSummary
@@ -94,10 +95,7 @@ def goal_form(form: Form) -> None:
         field = ui.textarea("Goal (TOML)").props("outlined autogrow debounce=500").classes("mono")
         field.bind_value(form, "goal")
         field.props.update({"maxlength": GOAL.most_bytes, "placeholder": 'kind = "touch"\ntarget = "bell"'})
-        text(
-            "The goal defines success. Only probing and training need it. docs/goals.md explains kinds and keys.",
-            "small soft",
-        )
+        _explained()
         with box("live") as names:
             pass
         with box("live") as said:
@@ -106,6 +104,16 @@ def goal_form(form: Form) -> None:
         _keep_kind(form, field, kinds)
         _keep_named(form, names)
         upload(form, GOAL)
+
+
+def _explained() -> None:
+    """Say what a goal is for, and where its kinds and keys are explained."""
+    with box("small soft", "p"):
+        text("The goal defines success. Only probing and training need it. ")
+        if address := docs_address("goals"):
+            ui.link("Kinds and keys of goals", address, new_tab=True)
+        else:
+            text("docs/goals.md in the sources explains kinds and keys.")
 
 
 def _keep_checked(form: Form, field: ui.textarea, said: ui.element) -> None:

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from nicegui import app, ui
+from nicegui import app
 
 from aidsr.apps.web.addresses import file_address
-from aidsr.apps.web.form_values import whole_number
+from aidsr.apps.web.form_values import limit, limit_field
 from aidsr.apps.web.live import as_action, live, show_error, working
 from aidsr.apps.web.measure_form import measure_arguments, measure_field
 from aidsr.apps.web.recorded_episodes import Stage, record_probed
@@ -23,6 +23,10 @@ from aidsr.runs.files import JsonFile
 
 if TYPE_CHECKING:
     from aidsr.learn.openloop import ProbeReport
+
+
+_MAX_STEPS: dict[str, Any] = {"title": "Maximum physics steps", "whole": True, "empty": "the default"}
+"""What the field for the physics steps takes."""
 
 
 @dataclass(frozen=True)
@@ -69,10 +73,9 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
     choices: dict[str, Any] = app.storage.user.setdefault("probe", {"task": "", "max_steps": None})
 
     def start() -> None:
-        limit, steps = [], choices.get("max_steps")
-        if steps is not None:
-            limit = ["--max-steps", str(whole_number("the maximum of physics steps", steps, least=1))]
-        site.processes.start(name, ["probe", str(design.path), *measure_arguments(site, run, choices, name), *limit])
+        steps = limit(value=choices.get("max_steps"), **_MAX_STEPS)
+        bound = [] if steps is None else ["--max-steps", str(int(steps))]
+        site.processes.start(name, ["probe", str(design.path), *measure_arguments(site, run, choices, name), *bound])
 
     if state.alive:
         with box("notice", role="status"), box("row apart"):
@@ -89,9 +92,8 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
         )
         measure_field(run, choices)
         with box("form"):
-            limit = ui.number("Maximum physics steps", min=1, step=100_000, precision=0, format="%d")
-            limit.props("outlined dense clearable stack-label").bind_value(choices, "max_steps")
-            limit.props["placeholder"] = "300000, with a goal 1000000"
+            most = limit_field(**_MAX_STEPS, step=100_000).props("stack-label").bind_value(choices, "max_steps")
+            most.props["placeholder"] = "300,000, with a goal 1,000,000"
         with box("row"):
             again = "Probe again" if state.written else "Start the probe"
             button(again, as_action(start), "quiet" if state.written else "primary", "play_arrow")

@@ -100,10 +100,12 @@ def review_panel(site: Site, run: Run, design: DesignFolder, number: int, names:
             field.props.update({"maxlength": 4000, "placeholder": "Make the last segment shorter and the tip broader."})
             if run.asked().config.model == BUILTIN:
                 text(f"The built-in rules understand only: {UNDERSTOOD}.", "small soft", "p")
-            about = ui.select(["", *names], label="Part (click it in the view, or select it here)", with_input=True)
-            about.props("outlined dense clearable").bind_value(draft.kept, "about")
-            if draft.kept["about"] not in ("", *names):
-                about.set_options(["", str(draft.kept["about"]), *names])
+            kept = str(draft.kept["about"] or "")
+            gone = [kept] if kept and kept not in names else []
+            about = ui.select([*gone, *names], label="Part (click it in the view, or select it here)", with_input=True)
+            about.props("outlined dense clearable").bind_value(
+                draft.kept, "about", forward=lambda name: name or "", backward=lambda name: name or None
+            )  # None is an empty field; "" would be one to clear
         with box("row"):
             button("Approve", as_action(lambda: take(Decision(verdict="approve"))), "primary", "check")
             button(

@@ -6,7 +6,7 @@ from typing import Any, get_args
 
 from nicegui import app, ui
 
-from aidsr.apps.web.form_values import whole_number
+from aidsr.apps.web.form_values import whole_number, whole_number_field
 from aidsr.apps.web.live import as_action
 from aidsr.apps.web.measure_form import measure_arguments, measure_field
 from aidsr.apps.web.site import Site
@@ -26,6 +26,10 @@ _DEFAULTS: dict[str, Any] = {
     "films": True,
 }
 """Defaults of `aidsr train`."""
+_STEPS: dict[str, Any] = {"title": "Maximum steps", "least": 1}
+_SEEDS: dict[str, Any] = {"title": "Policies (trained in sequence)", "least": 1, "most": 100}
+_FIRST_SEED: dict[str, Any] = {"title": "First seed", "least": 0}
+"""Title and bounds of each number field; the bounds are those of `aidsr train`."""
 
 
 def training_form(site: Site, run: Run, design: DesignFolder, name: str, *, is_first: bool) -> None:
@@ -35,9 +39,9 @@ def training_form(site: Site, run: Run, design: DesignFolder, name: str, *, is_f
         choices.setdefault(key, value)
 
     def start() -> None:
-        words = ["--steps", str(whole_number("steps", choices["steps"], least=1))]
-        words += ["--seeds", str(whole_number("policies", choices["seeds"], least=1))]
-        words += ["--first-seed", str(whole_number("the first seed", choices["first_seed"], least=0))]
+        words = ["--steps", str(whole_number(value=choices["steps"], **_STEPS))]
+        words += ["--seeds", str(whole_number(value=choices["seeds"], **_SEEDS))]
+        words += ["--first-seed", str(whole_number(value=choices["first_seed"], **_FIRST_SEED))]
         words += ["--protocol", str(choices["protocol"])]
         words += [*measure_arguments(site, run, choices, name), *([] if choices["films"] else ["--no-videos"])]
         site.processes.start(name, ["train", str(design.path), *words])
@@ -55,17 +59,14 @@ def training_form(site: Site, run: Run, design: DesignFolder, name: str, *, is_f
             "p",
         )
         with box("form"):
-            steps = ui.number("Maximum steps", min=1, max=100_000_000, step=1000, precision=0, format="%d")
-            steps.props("outlined dense").bind_value(choices, "steps")
-            seeds = ui.number("Policies (trained in sequence)", min=1, max=100, precision=0, format="%d")
-            seeds.props("outlined dense").bind_value(choices, "seeds")
+            steps = whole_number_field(**_STEPS, step=1000).bind_value(choices, "steps")
+            seeds = whole_number_field(**_SEEDS).bind_value(choices, "seeds")
         hint = ui.label().classes("small soft")
         measure_field(run, choices)
         ui.switch("Record videos of the best and the median held-out episode").bind_value(choices, "films")
         with ui.expansion("More settings").props("dense dense-toggle").classes("full"), box("stack"):
             with box("form"):
-                first_seed = ui.number("First seed", min=0, precision=0, format="%d")
-                first_seed.props("outlined dense").bind_value(choices, "first_seed")
+                whole_number_field(**_FIRST_SEED).bind_value(choices, "first_seed")
             with box("row"):
                 text("Training protocol", "small")
                 protocol = ui.toggle(list(get_args(Protocol)))

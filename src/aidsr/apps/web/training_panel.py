@@ -20,7 +20,7 @@ from aidsr.apps.web.widgets import badge, box, button, fact, long_text, notice, 
 from aidsr.core.artifacts import EpisodeResult, Evaluation, PerturbedEpisodes
 from aidsr.core.ends import evaluation_in_words
 from aidsr.core.errors import UserError
-from aidsr.core.formatting import format_check, format_duration, format_time_left
+from aidsr.core.formatting import format_check, format_duration, format_share, format_time_left
 from aidsr.core.progress_lines import INTERRUPTED
 from aidsr.learn.rl.recipe import looks_hopeless
 from aidsr.runs import DesignFolder, Run
@@ -211,7 +211,7 @@ def _draw_learning(training: Training, shown: _Learning) -> None:
                 won = sum(episode.ended == "succeeded" for episode in shown.verdict.episodes)
                 fact("held-out success", f"{won} of {len(shown.verdict.episodes)}")
             fact("steps", _steps_in_words(last.steps if last else 0, shown.steps))
-            fact("training success", "–" if success is None else f"{success:.0%}")
+            fact("training success", "–" if success is None else format_share(success))
             fact("progress", "–" if progress is None else f"{progress:.2f}")
             fact("speed", f"{last.steps_per_s:.0f} steps/s" if last else "–")
             fact("training time", format_duration(last.wall_s) if last else "–")
@@ -230,7 +230,7 @@ def _draw_learning(training: Training, shown: _Learning) -> None:
         if shown.test is not None and shown.test.success_share is not None:
             text(
                 "Test of the kept policy after learning, in new development episodes without noise: "
-                f"{shown.test.success_share:.0%} succeeded, progress {shown.test.progress or 0.0:.2f}.",
+                f"{format_share(shown.test.success_share)} succeeded, progress {shown.test.progress or 0.0:.2f}.",
                 "small",
                 "p",
             )
@@ -282,7 +282,8 @@ def _verdict(verdict: Evaluation, play: Play | None) -> None:
                 text({"": "not measured", "yes": "passed", "no": "failed"}[held], f"badge {held}")
                 with box("stack tight grow"):
                     text(check.message, "small", "p")
-                    text(f"{check.name.replace('_', ' ')}: {format_check(check)}", "small soft numbers")
+                    measured = f": {format_check(check)}" if check.measured is not None else ""
+                    text(check.name.replace("_", " ") + measured, "small soft numbers")
     if verdict.perturbed:
         text("Perturbed scenes", "label")
         _perturbed(verdict.perturbed)
@@ -322,11 +323,11 @@ def _perturbed(perturbed: tuple[PerturbedEpisodes, ...]) -> None:
         with box(tag="tbody"):
             for one in perturbed:
                 low, high = one.success_interval
-                kept = "–" if one.kept_share is None else f"{one.kept_share:.0%}"
+                kept = "–" if one.kept_share is None else format_share(one.kept_share)
                 with box(tag="tr"):
                     text(one.summary, "", "td")
                     text(f"{len(one.succeeded)} of {one.episodes}", "num", "td")
-                    text(f"{low:.0%} to {high:.0%}", "num", "td")
+                    text(f"{format_share(low)} to {format_share(high)}", "num", "td")
                     text(kept, "num", "td")
 
 

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import PlausibilityCheck
+from aidsr.core.formatting import counted
 from aidsr.learn.episodes.episode_stats import EpisodeStats
 from aidsr.learn.episodes.rollout import EpisodeOutcomes
 from aidsr.sim.deep_overlap import DEEP, deepest_overlap, half_thickness_m
@@ -62,6 +63,9 @@ called an exploit, while one that brushed none was not. Chance remains: a policy
 episodes by chance alone, with any physics, fails this check about one time in ten; one that succeeds in half of them
 hardly ever."""
 
+_OF_LENGTH = "of the robot's length"
+"""Unit of what is measured in characteristic lengths of the robot."""
+
 VANISHED = 0.1
 """Successes allowed without cables or with a locked body, as a share of those with them. Our choice: above zero,
 because a variation may be so easy that the remaining motion solves it by luck; far below half, where luck would do as
@@ -104,7 +108,7 @@ def behavior_checks(
             measured=moved,
             limit=MOVED_LENGTHS,
             bound="at least",
-            unit="lengths",
+            unit=_OF_LENGTH,
             message="farthest that a part of the robot came from where it began, median over the episodes",
         ),
         _at_most(1.0, "energy_paid_for", gain, gained, "of what is allowed"),
@@ -186,7 +190,7 @@ def structure_check(structure: Structure) -> PlausibilityCheck:
         bound="at least",
         unit="joints in series",
         message=f"{len(structure.tendons)} tendons, {len(structure.tendon_actuators)} of its actuators pull on one, "
-        f"in {len(structure.roots)} piece(s)",
+        f"in {counted(len(structure.roots), 'piece')}",
     )
 
 
@@ -222,7 +226,7 @@ def start_check(model: mujoco.MjModel, structure: Structure) -> PlausibilityChec
         away_m = max(0.0, float(np.min(gaps_m))) if gaps_m and geoms else 0.0
         what = "the nearest part of the robot is from the mount"
     message = f"how far {what} at the start"
-    return _at_most(START_LENGTHS, "starts_at_mount", away_m / length_m, message, "lengths")
+    return _at_most(START_LENGTHS, "starts_at_mount", away_m / length_m, message, _OF_LENGTH)
 
 
 def part_check(model: mujoco.MjModel, structure: Structure, sensors: Sequence[TaskSensor]) -> PlausibilityCheck:
@@ -243,7 +247,7 @@ def part_check(model: mujoco.MjModel, structure: Structure, sensors: Sequence[Ta
                 behind.add(body)
         share = float(sum(model.body_mass[body] for body in behind & set(structure.moving))) / structure.mass_kg
     message = "moving mass of the functional part and what it carries" if counts else "the task counts every touch"
-    return _at_most(CARRIED, "functional_part_is_a_part", share, message, "of the robot's")
+    return _at_most(CARRIED, "functional_part_is_a_part", share, message, "of the robot's moving mass")
 
 
 def exploit_check(name: str, how: str, survived: int, successes: int) -> PlausibilityCheck:

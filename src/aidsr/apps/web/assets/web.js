@@ -14,6 +14,12 @@ document.addEventListener("keydown", (event) => {
   if (event.key === "n") location.href = "/new";
   if (event.key === "h") location.href = "/";
 });
+// A page of the manual is drawn only after the browser looked for the heading that its address names.
+function arrive(tries = 50) {
+  const heading = document.getElementById(decodeURIComponent(location.hash.slice(1)));
+  if (heading) heading.scrollIntoView(); else if (tries) setTimeout(arrive, 100, tries - 1);
+}
+if (location.hash) arrive();
 // A success takes a fraction of a second: its film is slowed down to some seconds, and its end stays for a while.
 const LEAST_S = 4, HELD_MS = 1500;
 document.addEventListener("loadedmetadata", ({ target }) => {
