@@ -10,7 +10,7 @@ pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
 import torch
 
-from aidsr.learn.episodes import overlap_meter
+from aidsr.learn.episodes import overlap_meter, plausibility
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.openloop.script import parse_script
@@ -76,6 +76,7 @@ def test_a_motion_that_wins_in_variations_it_was_not_searched_in_is_found():
     scene = small_learning()
     found = find_fallback_motion(scene, seed=0, threads=1)
     assert found.share >= 0.95
+    assert found.failed_checks == ()
     parse_script(found.script).played_by([group.name for group in scene.actions.groups], scene.actions.rest)
     assert found.steps > found.report.simulated_s / QuickPushing.control_dt_s, "the other variations are counted"
 
@@ -99,6 +100,12 @@ def test_where_nothing_wins_nothing_else_is_played(monkeypatch):
 def test_a_motion_in_which_parts_overlap_deeply_does_not_count(monkeypatch):
     monkeypatch.setattr(overlap_meter, "DEEP", -1.0)
     assert find_fallback_motion(small_learning(), seed=0, threads=1).share == 0.0
+
+
+def test_a_motion_that_an_evaluation_calls_implausible_is_not_used(monkeypatch):
+    monkeypatch.setattr(plausibility, "MOVED_LENGTHS", 1e9)
+    found = find_fallback_motion(small_learning(), seed=0, threads=1)
+    assert (found.script, found.share, found.failed_checks) == ("", 0.0, ("moves",))
 
 
 @pytest.mark.parametrize(("penalty", "stopped"), [(0.0, "saturated"), (0.1, "budget")])

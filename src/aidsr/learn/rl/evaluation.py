@@ -122,10 +122,7 @@ def evaluate(
     ]
     if training is not None:
         checks.append(training_check(training.episodes, training.diverged_episodes))
-    checks += behavior_checks(rolled.outcomes, rolled.stats, structure)
-    dt_s = scene.task.control_dt_s
-    checks.append(penetration_check(rolled.models, rolled.stats, structure, indices=indices, dt_s=dt_s))
-    checks += _exploit_checks(scene, policy, rolled, threads, smoothing)
+    checks += motion_checks(scene, policy, rolled, indices, threads=threads, smoothing=smoothing)
     checks += body_checks(scene, policy, rolled, threads=threads, smoothing=smoothing)
     results = tuple(rolled.outcomes.result(row, index) for row, index in enumerate(indices))
     evaluation = Evaluation(
@@ -217,6 +214,33 @@ class Replays:
         """Check that successes vanish with a change."""
         enough = len(won) >= FEWEST_SUCCESSES
         return necessity_check(name, how, int(self.play(model, won).success.sum()) if enough else 0, len(won))
+
+
+def motion_checks(
+    scene: TaskScene,
+    policy: Policy,
+    rolled: EvaluationRollout,
+    indices: Sequence[int],
+    *,
+    threads: int = 0,
+    smoothing: float = 0.0,
+) -> list[PlausibilityCheck]:
+    """Return the checks of how a policy moves the robot: energy, joint ranges, overlap, and other numerics.
+
+    Args:
+        scene: Scene in which the policy acts.
+        policy: The policy, without noise.
+        rolled: Episodes that the policy played.
+        indices: Indices of their variations.
+        threads: Native threads; 0 takes all processors.
+        smoothing: Smoothing of actions with which the policy was trained.
+    """
+    structure, dt_s = read_structure(scene.model), scene.task.control_dt_s
+    return [
+        *behavior_checks(rolled.outcomes, rolled.stats, structure),
+        penetration_check(rolled.models, rolled.stats, structure, indices=indices, dt_s=dt_s),
+        *_exploit_checks(scene, policy, rolled, threads, smoothing),
+    ]
 
 
 def _exploit_checks(

@@ -6,12 +6,16 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.overlap_meter import rollout_without_overlap
+from aidsr.learn.episodes.rollout import Constant
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop import Motion, ProbeReport, probe_scene
 from aidsr.learn.openloop.motion import Motions, OpenLoopPolicy
 from aidsr.learn.openloop.script import script_of
+from aidsr.learn.rl.recipe import Recipe
 from aidsr.learn.rl.training_config import TrainingConfig
 from aidsr.learn.rl.training_folder import TrainingFolder
 
@@ -36,13 +40,15 @@ class FallbackMotion:
         report: Report of the probe.
         script: The motion as a script; "" where none succeeds often enough.
         share: Success share in variations that were not used to choose the motion; 0 without a motion.
-        steps: Control steps used by search and comparison.
+        steps: Control steps used by search and comparison; the checks are not counted, as those of an evaluation.
+        failed_checks: Names of the checks by which a motion that succeeds often enough is implausible, and not used.
     """
 
     report: ProbeReport
     script: str
     share: float
     steps: int
+    failed_checks: tuple[str, ...] = ()
 
 
 def is_clearly_better(motion_share: float, policy_share: float) -> bool:
@@ -54,7 +60,7 @@ def is_clearly_better(motion_share: float, policy_share: float) -> bool:
 def find_fallback_motion(scene: TaskScene, *, seed: int, threads: int) -> FallbackMotion:
     """Search for a motion that succeeds, and test it in variations in which it was not searched.
 
-    The search has the budget of `aidsr probe`.
+    The search has the budget of `aidsr probe`. A motion that an evaluation would call implausible is not used.
 
     Args:
         scene: Scene to search in; its actions are not held.
@@ -67,12 +73,16 @@ def find_fallback_motion(scene: TaskScene, *, seed: int, threads: int) -> Fallba
     distinct = [motion for index, motion in enumerate(succeeded) if motion not in succeeded[:index]]
     shares = [played.share(motion, range(SEARCHED, SEARCHED + CHOSEN_IN)) for motion in distinct]
     script, share = "", 0.0
+    failed: tuple[str, ...] = ()
     if shares and max(shares) >= LEAST_SUCCESS:
         best = distinct[shares.index(max(shares))]
-        share = played.share(best, range(SEARCHED + CHOSEN_IN, SEARCHED + CHOSEN_IN + REPORTED_ON))
-        script = script_of(best) if share >= LEAST_SUCCESS else ""
+        others = range(SEARCHED + CHOSEN_IN, SEARCHED + CHOSEN_IN + REPORTED_ON)
+        share = played.share(best, others)
+        if share >= LEAST_SUCCESS:
+            failed = _failed_checks(scene, script_of(best), others, threads)
+            script = "" if failed else script_of(best)
     steps = round((report.simulated_s + played.simulated_s) / scene.task.control_dt_s)
-    return FallbackMotion(report, script, share if script else 0.0, steps)
+    return FallbackMotion(report, script, share if script else 0.0, steps, failed)
 
 
 def record_fallback_motion(
@@ -83,7 +93,12 @@ def record_fallback_motion(
     found = find_fallback_motion(scene, seed=config.seed, threads=threads)
     best = found.report.best
     home.log_event(
-        "probed", steps=found.steps, ended=best.episode.ended, motion=best.motion.summary, success_share=found.share
+        "probed",
+        steps=found.steps,
+        ended=best.episode.ended,
+        motion=best.motion.summary,
+        success_share=found.share,
+        failed_checks=list(found.failed_checks),
     )
     probe_s = round(time.perf_counter() - began, 2)
     config = config.model_copy(
@@ -94,6 +109,17 @@ def record_fallback_motion(
     home.write("config.json", config.model_dump_json(indent=2) + "\n")
     home.write("probe.json", found.report.model_dump_json(indent=2) + "\n")
     return config
+
+
+def _failed_checks(scene: TaskScene, script: str, numbers: range, threads: int) -> tuple[str, ...]:
+    """Return the names of an evaluation's checks by which a motion is implausible in some development variations."""
+    from aidsr.learn.rl.evaluation import motion_checks, rollout_with_stats  # it imports the training
+
+    moving = Recipe(algorithm="sac").beginning_with(script).acting_in(scene)
+    uncorrected = Constant(np.zeros(scene.actions.size))
+    rolled = rollout_with_stats(moving, uncorrected, numbers, threads=threads, split="development")
+    checks = motion_checks(moving, uncorrected, rolled, numbers, threads=threads)
+    return tuple(check.name for check in checks if not check.passed)
 
 
 class _Played:
