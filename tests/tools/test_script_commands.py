@@ -51,7 +51,10 @@ def test_a_scene_says_how_far_from_its_mount_a_robot_may_start(tmp_path: Path) -
 
 
 def test_a_scene_says_when_its_functional_part_is_too_much_of_the_robot(tmp_path: Path) -> None:
-    said = "no policy is valid: moving mass of the functional part and what it carries: 1 of the robot's (at most 0.5)"
+    said = (
+        "no policy is valid: moving mass of the functional part and what it carries: 1 of the robot's moving mass "
+        "(at most 0.5)"
+    )
     (line,) = (line for line in assembled(tmp_path, "button_pushing", "base")[1] if line.startswith("no policy"))
     assert line == f"{said}; name a smaller part"
     assert not any(line.startswith("no policy") for line in assembled(tmp_path / "tip", "button_pushing")[1])
