@@ -85,13 +85,9 @@ def probe(
         UserError: The design or the task does not exist, or a number is out of range.
         MjcfError: The scene cannot be loaded.
     """
-    for name, number, least in (
-        ("candidates", candidates, 16),
-        ("variations", variations, 1),
-        ("max_steps", max_steps, 1),
-    ):
+    for name, number in (("candidates", candidates), ("variations", variations), ("max_steps", max_steps)):
         if number is not None:
-            check_whole_number(name, number, least=least)
+            check_whole_number(name, number, least=1)
     _check_seed_and_threads(seed, threads)
     from aidsr.sandbox.pool import warm_up
 

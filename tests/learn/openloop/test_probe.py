@@ -181,7 +181,7 @@ def test_every_generation_is_told():
 
 
 def test_numbers_out_of_range_are_one_sentence():
-    with pytest.raises(UserError, match="candidates must be at least 16: 5"):
+    with pytest.raises(UserError, match="use at least 16, 1 and 1"):
         probe(small_scene(), QuickPushing(), candidates=5)
 
 
