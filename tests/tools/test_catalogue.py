@@ -93,6 +93,35 @@ def test_a_robot_is_kept_edited_and_fixed_under_new_names(tmp_path: Path) -> Non
     assert "; fixed from robot_3" in call(work, "fix", robot="robot_3")
 
 
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        ({"functional_part": "tipp"}, 'functional_part names "tipp", but no body or site of the MJCF has that name'),
+        (
+            {"actuator_groups": [{"name": "both", "actuators": ["pull_left", "pull_rigth"]}]},
+            'actuator_groups names "pull_rigth", but no actuator of the MJCF has that name; it has pull_left',
+        ),
+    ],
+)
+def test_a_name_that_the_robot_has_not_is_refused_and_keeps_nothing(
+    tmp_path: Path, names: dict[str, object], said: str
+) -> None:
+    work = Workspace(tmp_path)
+    with pytest.raises(UserError, match=re.escape(said)):
+        call(work, "validate", mjcf=small_arm(), **names)
+    call(work, "validate", mjcf=small_arm(), functional_part="tip")
+    with pytest.raises(UserError, match=re.escape(said)):
+        call(work, "edit", robot="robot_1", **names)
+    assert not (tmp_path / "robot_2").exists()
+
+
+def test_names_that_mujoco_generates_may_be_given(tmp_path: Path) -> None:
+    copies = small_arm().replace("</worldbody>", '<replicate count="2"><body name="pad"/></replicate></worldbody>')
+    work = Workspace(tmp_path)
+    call(work, "validate", mjcf=copies, functional_part="pad1")
+    assert work.robot("robot_1").functional_part == "pad1"
+
+
 def test_groups_and_the_functional_part_change_without_a_patch(tmp_path: Path) -> None:
     work = Workspace(tmp_path)
     call(work, "validate", mjcf=small_arm(), functional_part="tip", mount="fixed")
@@ -135,6 +164,14 @@ def test_a_number_of_a_robot_is_swept(tmp_path: Path) -> None:
     assert float(stiff.split(" | ")[1]) == pytest.approx(14.3, abs=0.2)
     assert broken.startswith("x | failed: ")
     assert {path.name for path in tmp_path.iterdir()} == {"robot_1"}, "the robot stays as it is"
+
+
+def test_a_sweep_in_which_every_value_fails_is_an_error(tmp_path: Path) -> None:
+    work = Workspace(tmp_path)
+    call(work, "validate", mjcf=limb(), functional_part="tip")
+    swept = {"subject": "robot_1", "select": "//body/joint", "attribute": "stiffness", "what": "bends"}
+    with pytest.raises(UserError, match=r"every value of stiffness of //body/joint failed\n.*\nx \| failed: "):
+        call(work, "sweep", **swept, values=["x", "y"])
 
 
 def test_a_number_is_swept_in_a_scene_under_a_script(tmp_path: Path) -> None:

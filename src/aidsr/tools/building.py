@@ -19,7 +19,7 @@ from aidsr.sim.standing import stand as stand_on_ground
 from aidsr.tasks import Level, Task
 from aidsr.tasks.targets import targets_and_mounts, targets_of
 from aidsr.teams.llm.patch import apply_patch
-from aidsr.teams.llm.replies import MAX_CHARACTERS
+from aidsr.teams.llm.replies import MAX_CHARACTERS, check_groups, check_part
 from aidsr.tools.motions import controls, scene_facts
 from aidsr.tools.scene import MeasuredScene
 from aidsr.tools.tool import MOST_LINES, Result
@@ -27,6 +27,8 @@ from aidsr.tools.workspace import MOUNTS, Workspace, is_own
 from aidsr.validation import validate as validate_mjcf
 from aidsr.validation.validator import Mount
 
+_GENERATORS = ("replicate", "composite", "flexcomp", "attach")
+"""Elements of MJCF that make bodies, sites or actuators whose names are not in the document."""
 _MOST_OF_A_NAME = SizeLimits().name_characters
 RobotName = Annotated[
     str, Field(max_length=_MOST_OF_A_NAME, description='Name of a robot that was validated, such as "robot_2".')
@@ -263,6 +265,7 @@ def _kept(
     realizable: bool = False,
 ) -> Result:
     """Validate a robot, store it in the workspace, and return the verdict."""
+    _check_names(robot)
     brief = workspace.brief(task)
     report = validate_mjcf(
         robot.mjcf,
@@ -281,6 +284,22 @@ def _kept(
             f"{measured['degrees_of_freedom']} degrees of freedom"
         )
     return Result(text="\n".join(lines))
+
+
+def _check_names(robot: Robot) -> None:
+    """Check that the names given beside a document are in it, unless MuJoCo generates names for it.
+
+    Raises:
+        UserError: A name is not in it, or an actuator is in two groups.
+    """
+    if any(f"<{tag}" in robot.mjcf for tag in _GENERATORS):
+        return
+    try:
+        check_groups(robot.mjcf, robot.actuator_groups)
+        if robot.functional_part:
+            check_part(robot.mjcf, robot.functional_part)
+    except ReplyError as error:
+        raise UserError(str(error)) from None
 
 
 def _verdict(report: ValidationReport) -> str:

@@ -203,15 +203,16 @@ def sweep(
         except AidsrError as error:
             rows.append((value, error))
     varied = f"{attribute} of {select}" if attribute else "{x} of the script"
+    if all(isinstance(found, AidsrError) for _, found in rows):
+        raise UserError("\n".join([f"every value of {varied} failed", *_table(varied, rows, what)]))
     return Result(text="\n".join([_compared(varied, rows), *_table(varied, rows, what)]))
 
 
 def _compared(varied: str, rows: Sequence[tuple[str, Measured | AidsrError]]) -> str:
     """Return one line with the first figure of each row that has figures."""
-    measured = [(value, found) for value, found in rows if isinstance(found, Measured)]
-    first = [(value, found.figures[0]) for value, found in measured if found.figures]
+    first = [(value, found.figures[0]) for value, found in rows if isinstance(found, Measured) and found.figures]
     if not first:
-        return f"{varied}: {'no figures' if measured else 'every value failed'}"
+        return f"{varied}: no figures"
     return f"{varied}, {first[0][1].name}: " + "; ".join(f"{value}: {each.text}" for value, each in first)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 
 from aidsr.core.artifacts import ActuatorGroup, Artifact, Brief, Concept, Critique, Robot
@@ -10,13 +9,12 @@ from aidsr.core.errors import IsolationError, MjcfError, ReplyError
 from aidsr.core.roles import Feedback
 from aidsr.mjcf.condense import condense
 from aidsr.mjcf.kept_parts import changes_to_kept_parts
-from aidsr.mjcf.schema import actuator_elements
 from aidsr.teams.llm.conversation import Conversation
 from aidsr.teams.llm.describe_environment import describe_environment
 from aidsr.teams.llm.feedback import describe_feedback
 from aidsr.teams.llm.patch import apply_patch, extract_patch
 from aidsr.teams.llm.prompts import as_json, render
-from aidsr.teams.llm.replies import element_names, extract_mjcf, has_json, parse_json, validate_as
+from aidsr.teams.llm.replies import check_groups, check_part, extract_mjcf, has_json, parse_json, validate_as
 
 _MAX_CHANGES = 6
 """Maximum number of changes of kept parts in one complaint. Our choice: they mostly have one cause."""
@@ -110,7 +108,8 @@ class _Reader:
         _check_kept(self._brief, self._mjcf)
         try:
             header = self._header(_without(reply, self._mjcf))
-            _check_names(header, self._mjcf)
+            check_part(self._mjcf, header.functional_part)
+            check_groups(self._mjcf, header.actuator_groups)
         except ReplyError as error:
             raise ReplyError(f"{error} The MJCF has arrived: the JSON header alone is enough now.") from None
         return Robot(mjcf=self._mjcf, **dict(header))
@@ -140,32 +139,3 @@ def _check_kept(brief: Brief, mjcf: str) -> None:
 def _without(reply: str, mjcf: str) -> str:
     """Return the reply without its MJCF, which may contain braces."""
     return reply.replace(mjcf.strip(), "")
-
-
-def _check_names(header: _CoderHeader, mjcf: str) -> None:
-    """Check that the names in the header are in the MJCF.
-
-    Raises:
-        ReplyError: A name is not in the MJCF, or an actuator is in two groups. For a missing name, the message lists
-            the existing names.
-    """
-    parts = element_names(mjcf, "body", "site")
-    if header.functional_part not in parts:
-        raise ReplyError(_unknown_name("functional_part", header.functional_part, "body or site", parts))
-    actuators, used = element_names(mjcf, *actuator_elements()), set[str]()
-    for name in (name for group in header.actuator_groups for name in group.actuators):
-        if name not in actuators:
-            raise ReplyError(_unknown_name("actuator_groups", name, "actuator", actuators))
-        if name in used:
-            raise ReplyError(f'The actuator "{name}" is in two places of actuator_groups; it can be in one.')
-        used.add(name)
-
-
-def _unknown_name(field: str, name: str, kind: str, known: frozenset[str]) -> str:
-    return f"{field} names {json.dumps(name)}, but no {kind} of the MJCF has that name; it has {_join_names(known)}."
-
-
-def _join_names(names: frozenset[str]) -> str:
-    """Return names as a list for a sentence, at most 40 of them."""
-    shown = sorted(names)[:40]
-    return (", ".join(shown) or "none") + (f" and {len(names) - 40} more" if len(names) > 40 else "")

@@ -7,13 +7,15 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
+from aidsr.core.artifacts import ActuatorGroup
 from aidsr.core.errors import ReplyError
+from aidsr.mjcf.schema import actuator_elements
 from aidsr.mjcf.spans import COMMENT, without
 
 T = TypeVar("T", bound=BaseModel)
@@ -125,6 +127,42 @@ def element_names(mjcf: str, *elements: str) -> frozenset[str]:
     """Return the names of the elements with these tags; the document need not be well-formed."""
     tags = re.findall(rf"<(?:{'|'.join(elements)})\b([^<>]*+)", without(mjcf, COMMENT))
     return frozenset(name[1] for tag in tags if (name := _NAME.search(tag)))
+
+
+def check_part(mjcf: str, functional_part: str) -> None:
+    """Check that a robot's MJCF has its functional part; the document need not be well-formed.
+
+    Raises:
+        ReplyError: It has not; the message lists the bodies and sites that it has.
+    """
+    parts = element_names(mjcf, "body", "site")
+    if functional_part not in parts:
+        raise ReplyError(_unknown_name("functional_part", functional_part, "body or site", parts))
+
+
+def check_groups(mjcf: str, groups: Sequence[ActuatorGroup]) -> None:
+    """Check that a robot's MJCF has the actuators of groups; the document need not be well-formed.
+
+    Raises:
+        ReplyError: An actuator is missing, with a list of those that exist, or is in two groups.
+    """
+    actuators, used = element_names(mjcf, *actuator_elements()), set[str]()
+    for name in (name for group in groups for name in group.actuators):
+        if name not in actuators:
+            raise ReplyError(_unknown_name("actuator_groups", name, "actuator", actuators))
+        if name in used:
+            raise ReplyError(f'The actuator "{name}" is in two places of actuator_groups; it can be in one.')
+        used.add(name)
+
+
+def _unknown_name(field: str, name: str, kind: str, known: frozenset[str]) -> str:
+    return f"{field} names {json.dumps(name)}, but no {kind} of the MJCF has that name; it has {_join_names(known)}."
+
+
+def _join_names(names: frozenset[str]) -> str:
+    """Return names as a list for a sentence, at most 40 of them."""
+    shown = sorted(names)[:40]
+    return (", ".join(shown) or "none") + (f" and {len(names) - 40} more" if len(names) > 40 else "")
 
 
 def _starts_with(text: str, prefix: str) -> bool:
