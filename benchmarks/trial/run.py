@@ -1,6 +1,6 @@
 """Try every scene with the earlier and the present trial, train in it, and record the results.
 
-    python -m benchmarks.trial.run training earlier trial
+    python -m benchmarks.trial.run training earlier trial short
 
 Rows go to results.jsonl. The same command continues with the rows that are missing, and several commands may share the
 file. A row holds for the text of its scene and its version of the benchmark; if one of them changes, the row is made
@@ -32,8 +32,10 @@ from aidsr.core.provenance import commit, processor
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.policy import one_torch_thread
 from aidsr.learn.rl.recipe import PROTOCOLS
+from aidsr.learn.rl.short_training import evaluate_briefly
 from aidsr.learn.rl.trained import FinishedTraining
 from aidsr.learn.rl.training import train
+from aidsr.loop.task_trial import PROMISING_SHARE
 from aidsr.tasks import BENCHMARK_VERSION, is_current
 from aidsr.tools.trial import try_scene
 
@@ -45,7 +47,10 @@ _CHANGED_SINCE = ("manipulation/drawer_opening", "manipulation/force_controlled_
 """Tasks whose environment changed at commit 1bf1e8d within version 4 of the benchmark: `is_current` does not tell
 trainings from before and after the change apart."""
 
-Kind = Literal["training", "earlier", "trial"]
+SHORT_STEPS = 30_000
+"""Control steps of a short training, as with `--task-training 30000`."""
+
+Kind = Literal["training", "earlier", "trial", "short"]
 
 
 class Row(Artifact):
@@ -150,10 +155,25 @@ def _tried(scene: TaskScene) -> dict[str, object]:
     }
 
 
+def _trained_briefly(scene: TaskScene) -> dict[str, object]:
+    evaluation = evaluate_briefly(scene, SHORT_STEPS)
+    progress = sum(one.best_progress for one in evaluation.episodes) / len(evaluation.episodes)
+    sent_back = evaluation.success_share < PROMISING_SHARE or not evaluation.valid
+    details = {"valid": (float(evaluation.valid),)}
+    return {
+        "success": evaluation.success_share,
+        "progress": progress,
+        "sent_back": sent_back,
+        "details": details,
+        "steps": SHORT_STEPS,
+    }
+
+
 _MAKERS: dict[Kind, Callable[[TaskScene], dict[str, object]]] = {
     "training": _trained,
     "earlier": try_as_before,
     "trial": _tried,
+    "short": _trained_briefly,
 }
 
 

@@ -31,7 +31,7 @@ from aidsr.tasks import TASKS, is_current
 
 SEEDS = (0, 1)
 MADE = Path("build") / "trial-scenes"
-_WITHOUT_TRIAL = ("four-roles", "four-roles-before")
+_WITHOUT_TRIAL = ("four-roles", "four-roles-before", "four-roles-control", "four-roles-laws")
 """Arms of `benchmarks.teams` whose designs had no trial before they were trained."""
 
 
@@ -57,7 +57,7 @@ def scenes(half: Half | None = None, names: Collection[str] | None = None) -> It
         if not names or scene.name in names:
             yield _of(scene)
     if half != "decide":
-        yield from (scene for scene in _designs_of_teams() if not names or scene.name in names)
+        yield from (scene for scene in designs_of_teams() if not names or scene.name in names)
     for seed in SEEDS:
         for task in TASKS:
             asked = half in (None, half_of(task, seed)) and (not names or name_of(task, seed) in names)
@@ -75,7 +75,7 @@ def _of(scene: SuiteScene) -> TrialScene:
     return TrialScene(scene.name, scene.task, scene.half, scene.author, scene.scene)
 
 
-def _designs_of_teams() -> Iterator[TrialScene]:
+def designs_of_teams() -> Iterator[TrialScene]:
     """Yield the trained designs. None of them was looked at while the rule of the trial was made."""
     trained = trained_by_teams()
     for arm in _WITHOUT_TRIAL:

@@ -62,20 +62,31 @@ def test_shares_and_ranking_are_of_the_half_they_stand_under() -> None:
     assert "| good | built-in rules | 90% (0.95) | sent back, 0.50 | passed, 0.90, 0.95 | 1, 1 |" in page
 
 
+def short(scene: str, success: float, *, valid: bool = True) -> run.Row:
+    back = success < 0.3 or not valid
+    return row(scene, "short", success, success=success, sent_back=back, details={"valid": (float(valid),)})
+
+
 def test_a_short_training_sends_back_what_neither_it_nor_a_motion_wins() -> None:
     assert report._solved(tried("a", 0.9, 0.9, won=2))
     assert not report._solved(tried("a", 0.9, 0.9, won=1)), "one of two is no majority"
-    assert [report._within(steps) for steps in (30_000, 30_001, None)] == [True, False, False]
-    back = {"won": False, "solved": False, "success": 0.0, "in_view": True}
-    known = [
-        report.ShortTraining(**back),
-        report.ShortTraining(**{**back, "solved": True}),
-        report.ShortTraining(**{**back, "success": 0.5, "in_view": False}),
-        report.ShortTraining(**{**back, "success": 0.9, "in_view": False, "won": True}),
+    assert not report._solved(None)
+    rows = [
+        short("ring", 0.1),
+        short("jaws", 0.1),
+        tried("jaws", 0.9, 0.9, won=2),
+        short("four-roles-laws/gap-1", 0.9, valid=False),
+        short("four-roles-laws/gap-2", 0.9),
+        short("four-roles/gap-3", 0.9),
     ]
-    fails, succeeds = (line for line in report.training_page(known).splitlines() if line.startswith("| sent back"))
-    assert fails.split(" | ")[1:] == ["50% of 2 (9% to 91%)", "none |"]
-    assert succeeds.split(" | ")[1:] == ["none", "50% of 2 (9% to 91%) |"]
+    succeeds = {"ring": False, "jaws": False, "four-roles-laws/gap-1": True, "four-roles-laws/gap-2": True}
+    page = report.short_page(rows, succeeds)
+    fail, succeed = (line for line in page.splitlines() if line.startswith("| sent back"))
+    assert fail.split(" | ")[1:] == ["50% of 2 (9% to 91%)", "none", "none |"]
+    assert succeed.split(" | ")[1:] == ["none", "none", "50% of 2 (9% to 91%) |"]
+    assert "| jaws | fails | yes | 10%, valid | passed |" in page
+    assert "| four-roles-laws/gap-1 | succeeds |  | 90%, not valid | sent back |" in page
+    assert "four-roles/gap-3" not in page, "its whole training is not known"
 
 
 def test_ranks_share_ties() -> None:

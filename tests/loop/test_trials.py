@@ -54,8 +54,17 @@ def test_a_policy_that_falls_short_too_is_told_beside_the_probe() -> None:
     assert TaskReport.model_validate_json(report.model_dump_json()) == report
 
 
-@pytest.mark.parametrize(("won", "phase"), [(1, "partial"), (9, "partial"), (10, "solved")])
-def test_a_policy_that_begins_to_win_shows_that_nobody_has_to_change_anything(won: int, phase: str) -> None:
+def test_a_policy_that_wins_now_and_then_falls_short_and_is_told_so() -> None:
+    report = with_policy(SHORT, learned(5, 0.8), 20_000)
+    assert (report.phase, report.progress, report.critique.passed) == ("no_force", 0.4, False)
+    assert report.critique.summary.endswith(
+        "succeeds in 25% of 20 episodes it never saw. With less than 30% so early, few robots do the job after a long "
+        "training."
+    )
+
+
+@pytest.mark.parametrize(("won", "phase"), [(6, "partial"), (9, "partial"), (10, "solved")])
+def test_a_policy_that_wins_often_shows_that_nobody_has_to_change_anything(won: int, phase: str) -> None:
     report = with_policy(SHORT, learned(won, 0.9), 20_000)
     assert (report.phase, report.progress, report.critique.passed) == (phase, 0.9, True)
     assert report.critique.summary.startswith("Comes to 0.40. After 20,000 steps")

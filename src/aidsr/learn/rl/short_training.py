@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
 
 from aidsr.core.artifacts import ActuatorGroup, Evaluation
 from aidsr.sandbox.isolated import isolated
 from aidsr.sandbox.limits import Limits
 from aidsr.tasks import Level
+
+if TYPE_CHECKING:
+    from aidsr.learn.episodes.scene import TaskScene
 
 _LIMITS = Limits(wall_s=14_400.0, cpu_s=14_400.0, memory_mib=16_384)
 """Limits of the child process. Our choice: many times what a training of 100,000 steps takes; torch alone maps several
@@ -44,17 +48,22 @@ def train_briefly(
         IsolationError: Training exceeded its limits.
     """
     from aidsr.learn.episodes.scene import TaskScene
+    from aidsr.tasks import goal_task, load_task, read_goal
+
+    about = goal_task(read_goal(goal), mjcf) if goal else load_task(task, level)
+    return evaluate_briefly(TaskScene.of(mjcf, about, groups=groups), steps)
+
+
+def evaluate_briefly(scene: TaskScene, steps: int) -> Evaluation:
+    """Train a policy as `train_briefly` does, in this process, and return its evaluation."""
     from aidsr.learn.rl.evaluation import LEAST_EPISODES, evaluate
     from aidsr.learn.rl.policy import one_torch_thread
     from aidsr.learn.rl.recipe import PROTOCOLS
     from aidsr.learn.rl.trained import FinishedTraining
     from aidsr.learn.rl.training import train
-    from aidsr.tasks import goal_task, load_task, read_goal
 
-    about = goal_task(read_goal(goal), mjcf) if goal else load_task(task, level)
     with TemporaryDirectory() as home:
         folder = Path(home, "training")
-        scene = TaskScene.of(mjcf, about, groups=groups)
         train(scene, folder, steps=steps, recipe=PROTOCOLS["best"], threads=1)
         trained = FinishedTraining.load(folder)
         with one_torch_thread():
