@@ -13,6 +13,9 @@ from aidsr.apps.cli import app
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+RESULTS = [page for page in sorted((ROOT / "benchmarks").rglob("*.md")) if "transcript" not in page.as_posix()]
+LINKED = [ROOT / "CHANGELOG.md", *PAGES, *RESULTS]
+"""Pages whose links are tested. Records of what a language model read and wrote have the links of their day."""
 ENTRY_POINT_GROUPS = ("aidsr.tasks", "aidsr.families", "aidsr.models", "aidsr.rules")
 BLOCK = re.compile(r"^```(\w+)[^\n]*\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
@@ -26,11 +29,21 @@ def blocks(language: str) -> list[pytest.param]:
     ]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", LINKED, ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_links_lead_somewhere(page: Path) -> None:
-    targets = re.findall(r"\]\(([^)#\s]+)", page.read_text())
-    broken = [t for t in targets if "://" not in t and not (page.parent / t).exists()]
+    broken = []
+    for target in re.findall(r"\]\(([^)\s]+)", page.read_text()):
+        path, _, anchor = target.partition("#")
+        there = page.parent / path if path else page
+        if "://" not in target and not (there.exists() and (not anchor or anchor in anchors(there))):
+            broken.append(target)
     assert not broken
+
+
+def anchors(page: Path) -> set[str]:
+    """The anchors of a page's headings, as GitHub makes them."""
+    titles = re.findall(r"^#+ (.*)$", page.read_text(), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", title.strip().lower()).replace(" ", "-") for title in titles}
 
 
 def test_every_page_of_the_docs_is_in_the_navigation() -> None:
