@@ -51,7 +51,7 @@ bench-learning: $(VENV)/dev  ## what each training protocol reaches on the fixed
 	$(BIN)/python -m benchmarks.learning.report
 
 bench-trial: $(VENV)/dev  ## does a trial without learning tell which designs fail when trained (hours, resumable): HALF=aside
-	$(BIN)/python -m benchmarks.trial.run training earlier trial $(if $(HALF),--half $(HALF))
+	$(BIN)/python -m benchmarks.trial.run training earlier trial short $(if $(HALF),--half $(HALF))
 	$(BIN)/python -m benchmarks.trial.report
 
 corpus-report: $(VENV)/core  ## precision and recall of the validator on robots of known faults (an hour, resumable): JOBS=2

@@ -71,6 +71,7 @@ def test_the_team_reads_the_criteria_of_the_example(kitchen, level):
         "Episodes differ": "Mass of the lid, 80 to 150 g.",
         "Success": f"The lid is raised at least {task.raised_m:g} m. Held for 1 s.",
         "Penalty": "More than 20 N on the lid.",
+        "Stages": "By progress: at the knob (0.5), off the pot (0.6), raised (1); decisive: off the pot.",
         "Time": "10 s, 25 actions a second.",
     }
     masses_kg = [task.variation("development", index).changes[0].value[0] for index in range(50)]
