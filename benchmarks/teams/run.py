@@ -11,7 +11,8 @@ policy plays the first 20 held-out episodes with the checks of an evaluation and
 other 80 as well. The same command continues with the designs that are missing. `--write-only` only writes the table.
 `--publish` copies the files that make the robots again (`aidsr design --model replay:RUN`) to transcripts/. `--floors`
 plays untrained policies in the scenes of successful designs, of runs or of transcripts, and records their successes in
-floors.jsonl.
+floors.jsonl. `--validate` asks this commit's validator about all designs of transcripts/ and records its verdicts in
+validated.jsonl.
 """
 
 from __future__ import annotations
@@ -19,18 +20,19 @@ from __future__ import annotations
 import argparse
 import shutil
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
 from typing import Literal
 
 import numpy as np
+from benchmarks.rows import append_row, read_rows
 from benchmarks.tasks.floors import CONSTANTS, UNTRAINED, measure
 
 from aidsr import validate
 from aidsr.api import find_scene
-from aidsr.core.artifacts import SUCCESSFUL_SHARE, Artifact, Evaluation
+from aidsr.core.artifacts import SUCCESSFUL_SHARE, Artifact, Brief, Evaluation
 from aidsr.core.config import VERDICT_EPISODES, Method
 from aidsr.core.provenance import commit
 from aidsr.core.rates import Rate
@@ -44,6 +46,7 @@ from aidsr.learn.rl.training import train
 from aidsr.runs import Run, read_status
 from aidsr.runs.files import replace_file
 from aidsr.runs.folders import DesignFolder
+from aidsr.runs.status import newest
 from aidsr.runs.trainings import Training
 from aidsr.studies.tables import PAPER
 from aidsr.tasks import BENCHMARK_VERSION, is_current
@@ -51,7 +54,11 @@ from aidsr.teams.providers.manual import prompts_directory
 
 HOME = Path(__file__).parent
 RESULTS = HOME / "results.jsonl"
+FIRST = HOME / "first.jsonl"
+"""Rows of designs that were trained again, and of all others of their arm, as they were after the first training. Those
+of `four-roles` are the rows of commit 718c983d: 60,000 steps for all 54, version 4."""
 FLOORS = HOME / "floors.jsonl"
+VALIDATED = HOME / "validated.jsonl"
 FLOOR_EPISODES = 20
 FIRST_EPISODES = 20
 """Number of held-out episodes that are played first, with the evaluation's checks and the perturbed scenes."""
@@ -64,6 +71,7 @@ PAPER_TOKENS_A_SUCCESS = PAPER.tokens / PAPER.successful
 """Tokens per successful design. Source: the AID-SR paper, 151,000 tokens per design, 26.7 % successful."""
 _FEWEST_TASKS = 6
 """Number of tasks from which they are resampled. Our choice."""
+_DRAWS = 10_000
 UNVALIDATED: tuple[Method, ...] = ("direct", "no_validation", "no_feedback")
 """Methods that approve every robot as it was written; this program validates their robots."""
 _KEPT = ("run.json", "brief.json", "environment.xml", "concepts.json")
@@ -127,6 +135,16 @@ class Asked:
     perturbed: bool
 
 
+class Validated(Artifact):
+    """Verdict of one commit's validator on a published design, alone and in its scene."""
+
+    arm: str
+    task: str
+    design: int
+    stable: bool
+    commit: str
+
+
 class Floor(Artifact):
     """Successes of untrained policies in one scene."""
 
@@ -149,6 +167,9 @@ def main() -> None:
     parser.add_argument(
         "--floors", action="store_true", help="measure what untrained policies win, and do nothing else"
     )
+    parser.add_argument(
+        "--validate", action="store_true", help="validate all of transcripts/ anew, and do nothing else"
+    )
     parser.add_argument("--publish", action="store_true", help="copy the runs' recorded calls to transcripts/")
     parser.add_argument(
         "--again", nargs="+", default=[], metavar="ARM/TASK/DESIGN", help="train again what transcripts/ hold"
@@ -157,10 +178,12 @@ def main() -> None:
     asked = Asked(given.steps, given.perturbed)
     for name in given.again:
         train_again(name, asked)
-    done = {(row.run, row.design) for row in read_rows(RESULTS)}
+    done = {(row.run, row.design) for row in read_rows(RESULTS, Row)}
     if given.floors:
         measure_floors([folder for run in map(Run, given.runs) for folder in run.designs])
-    for run in [] if given.floors else map(Run, given.runs):
+    if given.validate:
+        replace_file(VALIDATED, "".join(each.model_dump_json() + "\n" for each in validated()).encode())
+    for run in [] if given.floors or given.validate else map(Run, given.runs):
         if given.publish:
             publish(run, HOME / "transcripts" / run.path.resolve().parent.name / run.asked().task.rpartition("/")[2])
         if given.write_only:
@@ -168,13 +191,28 @@ def main() -> None:
         for folder in run.designs:
             if (run.name, folder.number) not in done and folder.outcome.read() is not None:
                 _note(row_of(run, folder, asked))
-    replace_file(HOME / "results.md", table(read_rows(RESULTS), read_floors(FLOORS)).encode())
+    page = table(
+        read_rows(RESULTS, Row), read_rows(FLOORS, Floor), read_rows(FIRST, Row), read_rows(VALIDATED, Validated)
+    )
+    replace_file(HOME / "results.md", page.encode())
+
+
+def validated() -> Iterator[Validated]:
+    """Validate all published designs that were approved, alone and in their scenes."""
+    for path in sorted((HOME / "transcripts").glob("*/*")):
+        run = Run(path)
+        for design in run.designs:
+            if design.final_scene.path.exists():
+                robot, scene = newest(each.robot.read() for each in design.leading_to()), design.final_scene.path
+                stable = robot is not None and _is_stable(run.brief(), robot.mjcf, scene.read_text(encoding="utf-8"))
+                task = run.asked().task
+                yield Validated(arm=path.parent.name, task=task, design=design.number, stable=stable, commit=commit())
 
 
 def measure_floors(folders: Iterable[DesignFolder]) -> None:
     """Play untrained policies in those scenes of successful designs that have no record in floors.jsonl yet."""
-    known = {floor.scene_sha256 for floor in read_floors(FLOORS)}
-    wanted = {row.scene_sha256 for row in read_rows(RESULTS) if row.successful} - known
+    known = {floor.scene_sha256 for floor in read_rows(FLOORS, Floor)}
+    wanted = {row.scene_sha256 for row in read_rows(RESULTS, Row) if row.successful} - known
     for folder in folders:
         if not folder.final_scene.path.exists():
             continue
@@ -189,23 +227,10 @@ def measure_floors(folders: Iterable[DesignFolder]) -> None:
             file.write(floor.model_dump_json() + "\n")
 
 
-def read_floors(path: Path) -> tuple[Floor, ...]:
-    """Return the floors in a file, none if there is no file."""
-    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-    return tuple(Floor.model_validate_json(line) for line in lines)
-
-
 def _note(row: Row) -> None:
-    with RESULTS.open("a", encoding="utf-8") as file:
-        file.write(row.model_dump_json() + "\n")
+    append_row(RESULTS, row)
     sys.stdout.write(line_of(row) + "\n")
     sys.stdout.flush()
-
-
-def read_rows(path: Path) -> tuple[Row, ...]:
-    """Return the rows in a file, none if there is no file."""
-    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-    return tuple(Row.model_validate_json(line) for line in lines)
 
 
 def row_of(run: Run, folder: DesignFolder, asked: Asked) -> Row:
@@ -278,10 +303,12 @@ def train_again(name: str, asked: Asked) -> None:
     """
     arm, task, number = name.split("/")
     run = Run(HOME / "transcripts" / arm / task)
-    rows = read_rows(RESULTS)
+    rows = read_rows(RESULTS, Row)
     alike = [row for row in rows if (row.arm, row.task.rpartition("/")[2], row.design) == (arm, task, int(number))]
     old = max(alike, key=lambda row: row.benchmark_version)
     new = trained(old, run.design(int(number)), Path("build/teams/again", name, f"best-{asked.steps}"), asked)
+    if not any((row.arm, row.task, row.design) == (old.arm, old.task, old.design) for row in read_rows(FIRST, Row)):
+        append_row(FIRST, old)
     lines = [(new if row is old else row).model_dump_json() + "\n" for row in rows]
     replace_file(RESULTS, "".join(lines).encode())
     sys.stdout.write(line_of(new) + "\n")
@@ -299,10 +326,12 @@ def _others(home: Path) -> EpisodeOutcomes:
 
 def _stable(run: Run, folder: DesignFolder) -> bool:
     """Whether a robot that was approved without validation is sound and in scope, alone and in its scene."""
-    brief, iteration = run.brief(), folder.iterations[-1]
-    robot, scene = iteration.robot.read(), iteration.scene.read()
-    if robot is None or scene is None:
-        return False
+    robot, scene = folder.iterations[-1].robot.read(), folder.iterations[-1].scene.read()
+    return robot is not None and scene is not None and _is_stable(run.brief(), robot.mjcf, scene.mjcf)
+
+
+def _is_stable(brief: Brief, robot: str, scene: str) -> bool:
+    """Whether a robot is sound and in scope, alone and in its scene; both are MJCF."""
     mount: Literal["free", "fixed"] = "free" if brief.base == "free" else "fixed"
     alone = validate(robot, mount=mount, needs_contact=brief.needs_contact, environment=brief.environment)
     return alone.stable and validate(scene, needs_contact=brief.needs_contact).stable
@@ -313,8 +342,24 @@ def _kept(verdict: Evaluation) -> float | None:
     return round(fmean(shares), 3) if shares else None
 
 
-def table(rows: Sequence[Row], floors: Sequence[Floor] = ()) -> str:
-    """Return the page as Markdown. Successes from before a task changed do not count."""
+def table(
+    rows: Sequence[Row],
+    floors: Sequence[Floor] = (),
+    first: Sequence[Row] = (),
+    verdicts: Sequence[Validated] = (),
+) -> str:
+    """Return the page as Markdown. Successes from before a task changed do not count, except those of `first`.
+
+    Args:
+        rows: Newest row of each design.
+        floors: What untrained policies win.
+        first: Rows of first trainings of designs that were trained again; an arm that has all its designs there gets a
+            line of its own.
+        verdicts: Verdicts of one commit's validator.
+    """
+    arms = _unique(row.arm for row in rows)
+    firsts = {arm: [row for row in first if row.arm == arm] for arm in arms}
+    whole = {arm: of for arm, of in firsts.items() if len(of) == sum(row.arm == arm for row in rows)}
     rows = [row.model_copy(update={"successful": row.successful and _is_current(row)}) for row in rows]
     floor_of = {floor.scene_sha256: floor for floor in floors}
     steps = sorted({row.most_steps for row in rows})
@@ -340,12 +385,18 @@ def table(rows: Sequence[Row], floors: Sequence[Floor] = ()) -> str:
         "that learning did not beat; README.md says for which rows one was searched. *Version N*: of before the task "
         "changed; a success of then does not count. Empty: not measured, or none.",
         "",
-        "| arm | tasks | designs | first robot stable | approved | valid | untested | successful | tokens a design | "
-        "calls a design | tokens a successful design |",
-        "|---|---|---|---|---|---|---|---|---|---|---|",
-        *(_summary(arm, [row for row in rows if row.arm == arm]) for arm in _unique(row.arm for row in rows)),
+        "| arm | tasks | designs | first robot stable | approved | stable today | valid | untested | successful | "
+        "the same, tasks resampled | tokens a design | calls a design | tokens a successful design |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
+        *(_summary(arm, [row for row in rows if row.arm == arm], verdicts) for arm in arms),
+        *(_summary(f"{arm}, first training", of) for arm, of in whole.items()),
         "",
-        _resampled([row for row in rows if row.arm == "four-roles"]),
+        "The designs of one task come from one run and are not independent, which Wilson's interval assumes. *Tasks "
+        f"resampled*: the interval of {_DRAWS:,} draws of tasks, empty below {_FEWEST_TASKS} tasks. *First training*: "
+        "the same designs before any of them was trained again, by the version of the benchmark of that day. All other "
+        "lines count the newest training of each design; for a design that had failed, this is a second try. *Stable "
+        f"today*: by the validator of commit {_commit_of(verdicts)}, alone and in the scene. A design that an earlier "
+        "validator approved may have a fault that only a later one finds.",
         "",
         "For reference, the paper reports 151,000 tokens a design and 26.7 % successful: "
         f"{PAPER_TOKENS_A_SUCCESS:,.0f} tokens a successful design, on tasks that are not public.",
@@ -375,17 +426,24 @@ def _unique(names: Iterable[str]) -> list[str]:
     return list(dict.fromkeys(names))
 
 
-def _summary(arm: str, rows: Sequence[Row]) -> str:
+def _commit_of(verdicts: Sequence[Validated]) -> str:
+    return " or ".join(_unique(each.commit for each in verdicts)) or "none"
+
+
+def _summary(arm: str, rows: Sequence[Row], verdicts: Sequence[Validated] = ()) -> str:
     tokens, won = sum(row.tokens for row in rows), sum(row.successful for row in rows)
+    stable = [each.stable for each in verdicts if each.arm == arm]
     cells = [
         arm,
         str(len({row.task for row in rows})),
         str(len(rows)),
         _rate(row.first_stable for row in rows),
         _rate(row.outcome == "approved" for row in rows),
+        f"{sum(stable)} of {len(stable)}" if stable else "",
         _rate(row.valid for row in rows),
         str(sum(row.valid and row.success_share < _TESTED_SHARE for row in rows)),
         _rate(row.successful for row in rows),
+        _resampled(rows),
         f"{tokens / len(rows):,.0f}",
         f"{fmean(row.calls for row in rows):.1f}",
         f"{tokens / won:,.0f}" if won else "none succeeded",
@@ -394,19 +452,16 @@ def _summary(arm: str, rows: Sequence[Row]) -> str:
 
 
 def _resampled(rows: Sequence[Row]) -> str:
-    """Return the interval of the share of successful designs of the four roles when tasks are resampled, in words.
+    """Return the interval of the share of successful designs when tasks are resampled; empty for too few tasks.
 
     Source: percentile bootstrap, Efron and Tibshirani, An Introduction to the Bootstrap (1993).
     """
     shares = [fmean(row.successful for row in rows if row.task == task) for task in sorted({row.task for row in rows})]
     if len(shares) < _FEWEST_TASKS:
         return ""
-    draws = np.random.default_rng(0).choice(shares, (10_000, len(shares))).mean(axis=1)
+    draws = np.random.default_rng(0).choice(shares, (_DRAWS, len(shares))).mean(axis=1)
     low, high = np.percentile(draws, (2.5, 97.5))
-    return (
-        "The designs of one task come from one run and are not independent, which Wilson's interval assumes. With "
-        f"tasks resampled, the share of successful designs of `four-roles` is {low:.0%} to {high:.0%}."
-    )
+    return f"{low:.0%} to {high:.0%}"
 
 
 def _matrix(rows: Sequence[Row]) -> list[str]:

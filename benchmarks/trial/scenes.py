@@ -16,10 +16,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from benchmarks.learning.suite import Half, SuiteScene, suite
+from benchmarks.rows import read_rows
 from benchmarks.teams.run import HOME as TEAMS
 from benchmarks.teams.run import RESULTS as TEAMS_TRAINED
 from benchmarks.teams.run import Row as TeamsRow
-from benchmarks.teams.run import read_rows
 
 import aidsr
 from aidsr.api import find_scene
@@ -67,7 +67,7 @@ def scenes(half: Half | None = None, names: Collection[str] | None = None) -> It
 
 def trained_by_teams() -> dict[str, TeamsRow]:
     """Return the trainings of `benchmarks.teams` that hold for today's benchmark, by the scene's fingerprint."""
-    rows = read_rows(TEAMS_TRAINED)
+    rows = read_rows(TEAMS_TRAINED, TeamsRow)
     return {row.scene_sha256: row for row in rows if row.scene_sha256 and is_current(row.task, row.benchmark_version)}
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from benchmarks.teams.run import Asked, Floor, Row, publish, row_of, table
+from benchmarks.teams.run import Asked, Floor, Row, Validated, publish, row_of, table
 
 import aidsr
 from aidsr.api import find_scene
@@ -86,9 +86,23 @@ def test_designs_of_one_task_are_resampled_together() -> None:
         for design in (1, 2, 3)
     ]
     page = table(rows)
-    assert "the share of successful designs of `four-roles` is 17% to 83%." in page
+    assert titled(page, "arm")["the same, tasks resampled"] == "17% to 83%"
     assert titled(page, "arm")["successful"] == "9 of 18 (29% to 71%)"
-    assert "resampled" not in table(rows[:15])
+    assert titled(table(rows[:15]), "arm")["the same, tasks resampled"] == ""
+
+
+def test_first_trainings_of_a_whole_arm_have_a_line_of_their_own() -> None:
+    failed = WON.model_copy(update={"successful": False, "benchmark_version": 4})
+    line = "| four-roles, first training | 1 | 1 | "
+    assert line in table([WON], first=[failed])
+    assert line not in table([WON, row(2)], first=[failed])
+
+
+def test_designs_that_today_s_validator_refuses_are_counted() -> None:
+    verdicts = [Validated(arm="four-roles", task="gap", design=n, stable=n == 1, commit="c0ffee") for n in (1, 2)]
+    page = table([WON, row(2)], verdicts=verdicts)
+    assert titled(page, "arm")["stable today"] == "1 of 2"
+    assert "by the validator of commit c0ffee" in page
 
 
 def test_the_floor_is_the_most_that_an_untrained_policy_wins_in_the_same_scene() -> None:
