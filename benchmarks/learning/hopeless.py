@@ -3,8 +3,8 @@
     python -m benchmarks.learning.hopeless build/teams/four-roles/*/designs/*/training/best-60000
 
 Records in hopeless.jsonl, for each evaluated training of protocol `best`, when it first succeeded and the success share
-of its policy. Then counts how often the rule `--stop-hopeless` would have ended a training that succeeds. Without
-folders it only counts.
+of its policy. Then counts how often the rule `--stop-hopeless` would have ended a training that succeeds, without
+trainings for a task that has changed since. Without folders it only counts.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from aidsr.core.artifacts import SUCCESSFUL_SHARE, Artifact
 from aidsr.core.rates import Rate
 from aidsr.learn.rl.recipe import HOPELESS_AFTER
 from aidsr.runs.trainings import Training, read_curve
+from aidsr.tasks import is_current
 
 RESULTS = Path(__file__).with_name("hopeless.jsonl")
 _STEPS = 60_000
@@ -39,8 +40,8 @@ class Ended(Artifact):
     """Control steps at the first point of the curve with a success; None if there is none."""
     success_share: float
     """Share of successes in the 20 or 100 held-out episodes of the evaluation."""
-    in_view: bool = False
-    """Whether the steps of `--task-training` were chosen with this training in view (see benchmarks/trial)."""
+    benchmark_version: int = 4
+    """Version of the benchmark at the time of the training."""
 
 
 def main() -> None:
@@ -54,7 +55,8 @@ def main() -> None:
             known.append(ended)
     RESULTS.write_text("".join(each.model_dump_json() + "\n" for each in known), encoding="utf-8")
     sys.stdout.write(f"suite: {told(suite_trainings(read_rows(SUITE, Row)))}\n")
-    others = [(each.first_won, each.steps, each.success_share) for each in known]
+    current = [each for each in known if is_current(each.task, each.benchmark_version)]
+    others = [(each.first_won, each.steps, each.success_share) for each in current]
     sys.stdout.write(f"designs of benchmarks.teams: {told(others)}\n")
 
 
@@ -83,6 +85,7 @@ def ended_in(training: Training) -> Ended | None:
         steps=config["steps"],
         first_won=won[0] if won else None,
         success_share=verdict.success_share,
+        benchmark_version=verdict.benchmark_version,
     )
 
 

@@ -44,7 +44,7 @@ def main() -> None:
 def trained_success(rows: Sequence[Row]) -> dict[str, tuple[float, float]]:
     """Return success and progress of trainings by scene: own rows, and those taken over from other benchmarks."""
     found = {name: (row.curve[-1].success, row.curve[-1].progress) for name, row in taken_over().items()}
-    teams = trained_by_teams()
+    teams = trained_by_teams(STEPS)
     for name, tried in kept(rows, "trial").items():
         if (there := teams.get(tried.scene_sha256)) is not None:
             found[name] = (there.success_share, there.progress)

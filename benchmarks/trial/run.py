@@ -88,7 +88,7 @@ def main() -> None:
     for scene in scenes(asked.half, asked.scenes):
         for kind in asked.kinds:
             loaded = scene.load()
-            if kind == "training" and (scene.name in taken_over() or loaded.fingerprint in trained_by_teams()):
+            if kind == "training" and (scene.name in taken_over() or loaded.fingerprint in trained_by_teams(STEPS)):
                 continue
             if not any(is_of(row, scene, kind, loaded.fingerprint) for row in read_rows(asked.out, Row)):
                 _note(asked.out, make(kind, scene, loaded))

@@ -17,6 +17,7 @@ from tempfile import TemporaryDirectory
 
 from benchmarks.learning.suite import Half, SuiteScene, suite
 from benchmarks.rows import read_rows
+from benchmarks.teams.run import FIRST as TEAMS_FIRST
 from benchmarks.teams.run import HOME as TEAMS
 from benchmarks.teams.run import RESULTS as TEAMS_TRAINED
 from benchmarks.teams.run import Row as TeamsRow
@@ -65,10 +66,18 @@ def scenes(half: Half | None = None, names: Collection[str] | None = None) -> It
                 yield _of(made)
 
 
-def trained_by_teams() -> dict[str, TeamsRow]:
-    """Return the trainings of `benchmarks.teams` that hold for today's benchmark, by the scene's fingerprint."""
-    rows = read_rows(TEAMS_TRAINED, TeamsRow)
-    return {row.scene_sha256: row for row in rows if row.scene_sha256 and is_current(row.task, row.benchmark_version)}
+def trained_by_teams(most_steps: int | None = None) -> dict[str, TeamsRow]:
+    """Return the trainings of `benchmarks.teams` that hold for today's benchmark, by the scene's fingerprint.
+
+    Args:
+        most_steps: Budget of control steps; by default, the newest training of each design, whatever its budget.
+    """
+    rows = [*read_rows(TEAMS_FIRST, TeamsRow), *read_rows(TEAMS_TRAINED, TeamsRow)]
+    return {
+        row.scene_sha256: row
+        for row in rows
+        if row.scene_sha256 and is_current(row.task, row.benchmark_version) and most_steps in (None, row.most_steps)
+    }
 
 
 def _of(scene: SuiteScene) -> TrialScene:
