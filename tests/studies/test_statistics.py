@@ -39,9 +39,15 @@ def alone(*designs: list[list[float]]) -> list[list[list[list[float]]]]:
 
 def test_every_task_counts_the_same_and_an_untrained_design_counts_as_failed() -> None:
     won, lost = [[1.0] * 20], [[0.0] * 20]
-    interval = bootstrap_mean({"a": alone(won, won), "b": alone(won, []), "c": alone(lost)})
+    interval = bootstrap_mean({"a": alone(won, won), "b": alone(won, []), "c": alone(lost, lost)})
     assert interval.value == pytest.approx((1.0 + 0.5 + 0.0) / 3)
     assert interval.low < interval.value < interval.high
+
+
+def test_a_task_of_one_run_has_no_interval() -> None:
+    found = bootstrap_mean({"a": [[[[1.0, 0.0]]]], "b": alone([[1.0]], [[0.0]])})
+    assert found.value == 0.5
+    assert np.isnan([found.low, found.high]).all()
 
 
 def test_designs_that_differ_widen_the_interval_more_than_episodes_do() -> None:
@@ -52,8 +58,8 @@ def test_designs_that_differ_widen_the_interval_more_than_episodes_do() -> None:
 
 
 def test_policies_that_differ_widen_the_interval_more_than_episodes_do() -> None:
-    mixed = bootstrap_mean({"a": alone([[1.0, 0.0] * 10] * 4)})
-    split = bootstrap_mean({"a": alone([[1.0] * 20] * 2 + [[0.0] * 20] * 2)})
+    mixed = bootstrap_mean({"a": alone(*[[[1.0, 0.0] * 10] * 4] * 2)})
+    split = bootstrap_mean({"a": alone(*[[[1.0] * 20] * 2 + [[0.0] * 20] * 2] * 2)})
     assert mixed.value == split.value == 0.5
     assert split.high - split.low > 2 * (mixed.high - mixed.low)
 

@@ -23,10 +23,12 @@ from aidsr.studies.runner import read_failures
 from aidsr.studies.study import Study, StudyPlan
 from aidsr.studies.tables import (
     PAPER,
+    TOO_FEW_RUNS,
     ArmLine,
     Difference,
     Line,
     arm_lines,
+    chance_in_words,
     differences,
     line_of,
     sample_in_words,
@@ -127,7 +129,7 @@ ARM_HEADS = (
 def _arm_cells(study: Study, arm: ArmLine) -> list[str]:
     trained = study.plan.seeds > 0
     cells = _cells(arm.line, trained)
-    interval = f" ({percent(arm.success_low)} to {percent(arm.success_high)})" if trained else ""
+    interval = f" ({_between(arm.success_low, arm.success_high)})" if trained else ""
     return [
         arm.arm,
         study.arm(arm.arm).settings or "–",
@@ -141,6 +143,10 @@ def _arm_cells(study: Study, arm: ArmLine) -> list[str]:
     ]
 
 
+def _between(low: float | None, high: float | None) -> str:
+    return TOO_FEW_RUNS if low is None or high is None else f"{percent(low)} to {percent(high)}"
+
+
 def _markdown(
     study: Study, rows: Sequence[DesignRow], arms: Sequence[ArmLine], tables: dict[str, tuple[Line, ...]]
 ) -> str:
@@ -151,7 +157,8 @@ def _markdown(
         head += ["## Arms", "\n".join(compared)]
         against = differences(rows, arms[0].arm)
         real = [f"{d.arm} {d.what} {_change(d)}" for d in against if d.real]
-        head += [f"Significant differences from {arms[0].arm}: {'; '.join(real) or 'none'}."]
+        told = f"Significant differences from {arms[0].arm}: {'; '.join(real) or 'none'}."
+        head += [f"{told} {chance_in_words(len(against))}".strip()]
     parts = [
         f"## {arm.arm} ({format_cell(arm.model)})\n\n"
         f"{table_markdown([*tables[arm.arm], arm.line], trained=study.plan.seeds > 0)}\n"
@@ -269,6 +276,7 @@ def _page(
     cures = Counter((repair.code, repair.changed) for repair in cured)
     tasks = tuple(dict.fromkeys(row.task for row in rows))
     curves = {task: plots.curves_of_task(study, [row for row in rows if row.task == task]) for task in tasks}
+    against = differences(rows, first)
     return html_template(Path(__file__).with_name("report.html.j2")).render(
         study=study,
         arms=arms,
@@ -280,13 +288,15 @@ def _page(
         tables={arm: [_cells(line, study.plan.seeds > 0) for line in lines] for arm, lines in tables.items()},
         totals={arm.arm: _cells(arm.line, study.plan.seeds > 0) for arm in arms},
         percent=percent,
+        between=_between,
         bars=plots.success_by_task(tables[first]) if tables else "",
         cost_plot=plots.cost_and_success(arms),
         colours=plots.arm_colours(study),
         curves={task: curve for task, curve in curves.items() if curve},
         untrained=[task for task, curve in curves.items() if not curve],
         cards=gallery(study, rows),
-        differences=differences(rows, first),
+        differences=against,
+        chance=chance_in_words(len(against)),
         faults=[(code, count, {how: cures[code, how] for how in _HOWS}) for code, count in seen.most_common()],
         hows=_HOWS,
         fixed=count_repairs(study).most_common(),

@@ -36,6 +36,9 @@ def bootstrap_mean(values: Mapping[str, Sequence[Sequence[Policies]]], seed: int
             1. A design without any policy counts as 0, and so does a policy without any episode.
         seed: Seed of the random generator.
 
+    Returns:
+        The mean; the ends are nan where a task has only one run, because nothing then says how runs differ.
+
     Source: A. C. Davison and D. V. Hinkley, Bootstrap Methods and their Application (1997), section 3.8.
     """
     tables = [[[_shares(design) for design in run] for run in runs if run] for runs in values.values()]
@@ -43,6 +46,8 @@ def bootstrap_mean(values: Mapping[str, Sequence[Sequence[Policies]]], seed: int
     if not tables:
         return Interval(math.nan, math.nan, math.nan)
     mean = float(np.mean([np.mean([shares.mean() for run in runs for shares, _ in run]) for runs in tables]))
+    if any(len(runs) == 1 for runs in tables):
+        return Interval(mean, math.nan, math.nan)
     rng = np.random.default_rng(seed)
     draws = np.mean([_redrawn(runs, rng) for runs in tables], axis=0)
     return Interval(mean, *_percentiles(draws))

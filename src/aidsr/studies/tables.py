@@ -94,9 +94,10 @@ class ArmLine(Artifact):
     arm: str
     model: str
     line: Line
-    success_low: float
-    success_high: float
-    """Upper end, with `success_low`, of the 95 % interval of the mean success rate in held-out episodes.
+    success_low: float | None
+    success_high: float | None
+    """Upper end, with `success_low`, of the 95 % interval of the mean success rate in held-out episodes; None
+    where a task has only one run.
 
     Every task has the same weight; see `bootstrap_mean`.
     """
@@ -140,12 +141,24 @@ class Difference(Artifact):
                 text = f"{value:+.1f}" if self.what == "iterations" else f"{100 * value:+.0f} %"
             return text[1:] if value == 0 else text
 
-        interval = "too few runs" if math.isnan(self.low) else f"{shown(self.low)} to {shown(self.high)}"
+        interval = TOO_FEW_RUNS if math.isnan(self.low) else f"{shown(self.low)} to {shown(self.high)}"
         return shown(self.value), interval
 
 
 SIGNIFICANCE_LEVEL = 0.05
 """Significance level of the p value. Our choice: the usual one, which matches 95 % intervals."""
+TOO_FEW_RUNS = "too few runs"
+"""Text in place of an interval that cannot be estimated."""
+
+
+def chance_in_words(tests: int) -> str:
+    """Return a sentence on how many of several differences are significant by chance; empty for one."""
+    if tests < 2:
+        return ""
+    return (
+        f"Each of these {tests} differences is tested by itself at {SIGNIFICANCE_LEVEL:.0%}, so where nothing differs "
+        f"up to {tests * SIGNIFICANCE_LEVEL:.1f} are significant by chance: decide by the one named before the study."
+    )
 
 
 def line_of(task: str, rows: Sequence[DesignRow]) -> Line:
@@ -207,8 +220,8 @@ def arm_lines(rows: Sequence[DesignRow], models: Mapping[str, str]) -> tuple[Arm
                     arm=arm,
                     model=model,
                     line=line_of("all tasks", [row for row in rows if row.arm == arm]),
-                    success_low=interval.low,
-                    success_high=interval.high,
+                    success_low=None if math.isnan(interval.low) else interval.low,
+                    success_high=None if math.isnan(interval.high) else interval.high,
                 )
             )
     return tuple(found)

@@ -25,7 +25,7 @@ from aidsr.studies.jobs import Job, format_limits, is_finished
 from aidsr.studies.outcomes import paid_usd, read_outcomes
 from aidsr.studies.runner import Progress
 from aidsr.studies.study import Study
-from aidsr.studies.tables import Difference
+from aidsr.studies.tables import Difference, chance_in_words
 from aidsr.teams.baselines.generations import format_search, read_search
 from aidsr.teams.providers.offline import SEARCH
 
@@ -218,6 +218,6 @@ def _print_differences(console: Console, title: str, found: Sequence[Difference]
         f"{counted(found[0].pairs, 'design')} of {counted(found[0].runs, 'run')} finished in both, paired by task, run "
         "and number. Designs of one run are not independent, so the bootstrap resamples whole runs, and p is the share "
         "of sign flips of whole runs with a difference at least as large. An interval needs six runs and two of each "
-        "task; with fewer than six runs no difference is significant.",
+        "task; with fewer than six runs no difference is significant. " + chance_in_words(len(found)),
         soft_wrap=True,
     )
