@@ -514,8 +514,8 @@ def _kept(rows: Sequence[Row]) -> str:
 
 
 def _penalized(rows: Sequence[Row]) -> str:
-    """Return the mean share of time in which the task's penalty applied; empty if it was not recorded."""
-    shares = [row.penalized_share for row in rows if row.penalized_share is not None]
+    """Return successful policies' mean share of time in which the task's penalty applied; empty if not recorded."""
+    shares = [row.penalized_share for row in rows if row.successful and row.penalized_share is not None]
     return f"{fmean(shares):.0%}" if shares else ""
 
 

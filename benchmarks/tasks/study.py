@@ -41,7 +41,7 @@ import aidsr
 from aidsr.api import find_scene
 from aidsr.core.provenance import commit
 from aidsr.learn.episodes.scene import TaskScene
-from aidsr.tasks import BENCHMARK_VERSION, Task, load_task, task_names
+from aidsr.tasks import BENCHMARK_VERSION, Task, is_current, load_task, task_names
 
 HERE = Path(__file__).parent
 FACTS, TABLE = HERE / "results.jsonl", HERE / "results.md"
@@ -260,6 +260,8 @@ def _rows(known: list[Fact]) -> Iterator[str]:
         count = str(len(bodies)) if len(standing) == len(bodies) else f"{len(standing)} of {len(bodies)}"
         cells = [_cell([f for f in mine if f["kind"] == "floor" and f["policy"] == policy]) for policy in POLICIES]
         made = [", ".join(dict.fromkeys(str(fact[key]) for fact in mine)) for key in ("version", "commit")]
+        if not all(is_current(task, fact["version"]) for fact in mine):
+            made[0] += ", before the task changed"
         probes = [fact for fact in mine if fact["kind"] == "probe"]
         yield "| " + " | ".join([task, level, count, *cells, _probed(probes), *made]) + " |"
 

@@ -15,13 +15,27 @@ def scene():
 
 
 def fact(**changes):
-    about = {"task": "a/b", "level": "standard", "body": "seed 0", "concept": "arm", "version": 7, "commit": "abc"}
+    about = {
+        "task": "locomotion/gap",
+        "level": "standard",
+        "body": "seed 0",
+        "concept": "arm",
+        "version": 7,
+        "commit": "abc",
+    }
     kind = {"kind": "floor", "policy": "idle", "chosen": "", "wins": 0, "episodes": 40}
     return {**about, **kind, **changes}
 
 
 def test_the_page_is_made_of_the_facts():
     assert study.TABLE.read_text(encoding="utf-8") == study.table(study.facts())
+
+
+def test_what_was_measured_before_a_task_changed_says_so():
+    old, same = fact(task="manipulation/drawer_opening", version=4), fact(task="locomotion/gap", version=4)
+    page = study.table([old, same])
+    assert "| manipulation/drawer_opening " in page
+    assert page.count("before the task changed") == 1
 
 
 def test_two_groups_have_the_whole_grid_of_constants_and_many_a_fixed_sample(scene, monkeypatch):
@@ -82,14 +96,14 @@ def test_an_episode_ends_early_only_where_nothing_moves_any_more(scene):
 @pytest.mark.parametrize(("policy", "wins", "marked"), [("idle", 2, False), ("idle", 3, True), ("rule", 40, False)])
 def test_what_wins_undesigned_is_marked(policy, wins, marked):
     page = study.table([fact(policy=policy, wins=wins), fact(body="seed 1", policy=policy)])
-    (row,) = [line for line in page.splitlines() if line.startswith("| a/b | standard | 2 |")]
+    (row,) = [line for line in page.splitlines() if line.startswith("| locomotion/gap | standard | 2 |")]
     assert f"({wins}/80)" in row
     assert ("**" in row) is marked
 
 
 def test_a_design_that_was_not_approved_is_no_body():
     page = study.table([fact(), fact(body="seed 1", kind="body", policy=None)])
-    assert "| a/b | standard | 1 of 2 |" in page
+    assert "| locomotion/gap | standard | 1 of 2 |" in page
 
 
 def test_the_latest_line_holds(tmp_path, monkeypatch):
