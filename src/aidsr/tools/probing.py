@@ -49,7 +49,8 @@ def probe_motions(
         scene: The scene.
         seeds: Seeds of the searches.
         variations: Number of development variations, each searched separately.
-        max_steps: Maximum physics steps of each search; 0 for a number that depends on the task's time limit.
+        max_steps: Maximum physics steps of each search; 0 for a number that depends on the task's time limit
+            and on the number of variations.
         seconds: Longest duration of a motion in the search [s], at most the task's time limit; 0 for 15 s.
 
     Raises:
@@ -62,13 +63,15 @@ def probe_motions(
     from aidsr.core.errors import UserError
     from aidsr.learn.openloop import probe_scene
     from aidsr.learn.openloop.motion_search import ALL_KINDS
+    from aidsr.learn.openloop.probe_scene import STEPS_PER_S
     from aidsr.learn.openloop.script import parse_script, script_of
     from aidsr.tools.playing import record
 
     if not 1 <= len(set(seeds)) == len(seeds) <= _MOST_SEEDS:
         raise UserError(f"seeds must be 1 to {_MOST_SEEDS} different numbers: {list(seeds)}")
     loaded = scene.load()
-    max_steps = max_steps or max(_LEAST_STEPS, round(_STEPS_PER_S * loaded.task.time_limit_s))
+    time_s = loaded.task.time_limit_s
+    max_steps = max_steps or max(_LEAST_STEPS, round(max(_STEPS_PER_S, STEPS_PER_S * variations) * time_s))
     reports = [
         probe_scene(
             loaded,
