@@ -15,7 +15,7 @@ from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop import ProbeReport
 from aidsr.learn.openloop.fitness import fitness_of
 from aidsr.learn.openloop.motion import Motions, OpenLoopPolicy
-from aidsr.learn.openloop.probe_scene import _Player, budget_for, probe_scene
+from aidsr.learn.openloop.probe_scene import _Player, _refined, _Search, budget_for, probe_scene
 from aidsr.learn.openloop.recorded_motion import run_record_motion
 from aidsr.tasks import goal_task, load_task, parse_goal
 from scenes import QuickPushing, small_learning, small_scene
@@ -244,3 +244,15 @@ def test_the_default_budget_grows_only_with_long_and_many_episodes():
     assert (short.time_limit_s, long.time_limit_s) == (15.0, 60.0)
     assert [budget_for(short, variations) for variations in (1, 2, 4, 8)] == [(128, 300_000)] * 3 + [(128, 600_000)]
     assert [budget_for(long, variations) for variations in (1, 2, 4)] == [(128, steps * 300_000) for steps in (1, 2, 4)]
+
+
+def test_a_generation_of_four_motions_that_tries_those_of_two_other_variations_leaves_no_empty_part():
+    scene = small_scene()
+    task = goal_task(parse_goal('kind = "reach"\ntarget = "button"'), scene)
+    player, rng = _Player(TaskScene.of(scene, task), 2.0, 1), np.random.default_rng(0)
+    searches = [_Search(index, task.variation("development", index)) for index in range(3)]
+    for search in searches:
+        for kind in ("hold", "pull"):
+            search.add(kind, player.space.sample(kind, 4, rng), rng.random(4), solved=False)
+    tried = _refined(player.space, searches[0], searches, 4, rng)
+    assert [len(player.motions_of(rows).first) for _, _, rows in tried] == [1, 1, 2]

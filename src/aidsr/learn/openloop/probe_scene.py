@@ -335,6 +335,7 @@ def _refined(
         *(
             (search, kind, space.refine(search.rows[kind], search.fitness[kind], part, rng, most=_GOAL_ELITE))
             for kind, part in parts
+            if part
         ),
     ]
 
