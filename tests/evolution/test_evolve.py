@@ -2,6 +2,7 @@
 
 from importlib import import_module
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 
@@ -10,7 +11,7 @@ from aidsr.apps.cli import main
 from aidsr.core.artifacts import EpisodeResult, Evaluation
 from aidsr.core.calls import Usage
 from aidsr.core.config import Budget, RunConfig
-from aidsr.core.errors import UserError
+from aidsr.core.errors import BudgetError, UserError
 from aidsr.evolution import Evolution, Plan, begin, generations, run_generations
 from aidsr.loop import runner
 from aidsr.memory import Lesson
@@ -163,6 +164,21 @@ def test_the_budget_is_that_of_all_generations(
     run_generations(evolution, lines.append)
     assert [run.asked().config.budget.tokens for run in evolution.generations().values()] == [1000, 400]
     assert lines[-1] == "generation 3: the budget is spent"
+
+
+def test_it_ends_where_the_next_call_could_exceed_the_budget(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Refused(Scripted):
+        def propose(self, brief: object, count: int) -> NoReturn:
+            raise BudgetError("600 of 1,000 tokens are spent.", "tokens")
+
+    monkeypatch.setattr(
+        generations, "parts_of", lambda run: parts(Refused() if run.asked().config.seed else Scripted())
+    )
+    lines: list[str] = []
+    evolution = begun(tmp_path)
+    for _ in range(2):  # it says so again when it is continued
+        run_generations(evolution, lines.append)
+        assert lines[-1] == "generation 2: the budget is spent. 600 of 1,000 tokens are spent."
 
 
 def test_from_python_it_is_one_call_and_its_folder_is_read_again(

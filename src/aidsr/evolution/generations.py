@@ -24,7 +24,7 @@ from pydantic import Field
 from aidsr.core.arguments import check_type
 from aidsr.core.artifacts import SUCCESSFUL_SHARE, Artifact, Evaluation
 from aidsr.core.config import Budget, RunConfig
-from aidsr.core.errors import IsolationError, MjcfError, UserError
+from aidsr.core.errors import BudgetError, IsolationError, MjcfError, UserError
 from aidsr.core.extras import require_extra
 from aidsr.evolution.report import report
 from aidsr.loop.run import create_run, make_brief, mjcf_text, parts_of
@@ -210,7 +210,11 @@ def run_generations(
         if run is None:
             listen(f"generation {number}: the budget is spent")
             break
-        run_designs(run, parts_of(run), follow)
+        try:
+            run_designs(run, parts_of(run), follow)
+        except BudgetError as error:  # what is left is too little for the first call
+            listen(f"generation {number}: the budget is spent. {error}")
+            break
         evolution.archive.add(evolution.lessons(run))
         for lesson in _to_train(evolution, plan, run):
             listen(_train(evolution, plan, run, lesson))
