@@ -16,6 +16,7 @@ from aidsr.evolution import Evolution, Plan, begin, generations, run_generations
 from aidsr.loop import runner
 from aidsr.memory import Lesson
 from aidsr.runs import Run
+from aidsr.tasks import load_task
 from scripted import Script, Scripted, parts, tried
 
 CONFIG = RunConfig(concepts=1, task_feedback=True)
@@ -179,6 +180,20 @@ def test_it_ends_where_the_next_call_could_exceed_the_budget(tmp_path: Path, mon
     for _ in range(2):  # it says so again when it is continued
         run_generations(evolution, lines.append)
         assert lines[-1] == "generation 2: the budget is spent. 600 of 1,000 tokens are spent."
+
+
+def test_one_that_is_reopened_with_another_goal_or_environment_is_refused(tmp_path: Path) -> None:
+    environment, goal = load_task("button_pushing").environment, tmp_path / "goal.toml"
+    goal.write_text('kind = "reach"\ntarget = "button"\n')
+    asked = {"environment": environment, "goal": goal}
+    plan = Plan(objective="Press it.", config=CONFIG)
+    first = begin(tmp_path / "evolution", plan, **asked)
+    assert begin(first.path, plan, **asked) == begin(first.path, plan) == first
+    with pytest.raises(UserError, match=r"another environment \(environment\.xml\); name another folder"):
+        begin(first.path, plan, **{**asked, "environment": environment.replace("<worldbody>", "<worldbody> ")})
+    goal.write_text('kind = "reach"\ntarget = "panel"\n')
+    with pytest.raises(UserError, match=r"another goal \(goal\.toml\); name another folder"):
+        begin(first.path, plan, **asked)
 
 
 def test_from_python_it_is_one_call_and_its_folder_is_read_again(
