@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from aidsr.apps.cli import main
+from aidsr.core.artifacts import EpisodeResult, Evaluation
 from aidsr.core.calls import CallRecord, Question, Usage
 from aidsr.core.errors import UserError
 from aidsr.loop.run import create_run
@@ -94,6 +95,21 @@ def test_what_was_measured_again_counts_and_a_later_attempt_says_what_changed(tm
     assert (second.progress_before, second.step) == (0.4, pytest.approx(0.5))
     assert second.changed
     assert "The attempt before came to 0.40" in second.text()
+
+
+def test_the_policy_of_a_scene_that_was_measured_again_stays_with_it(tmp_path: Path) -> None:
+    run = new_run(tmp_path)
+    run_designs(run, parts(Scripted([Script()])))
+    episodes = tuple(
+        EpisodeResult(variation=0, ended=end, progress=1.0, best_progress=1.0, reward=1.0, time_s=1.0)
+        for end in ("succeeded", "out_of_time")
+    )
+    policy = Evaluation(task="gap", level="standard", benchmark_version=4, episodes=episodes, checks=())
+    iteration = run.design(1).iteration(1)
+    iteration.task_report.write(tried(0.3, decisive=False).model_copy(update={"policy": policy}))
+    iteration.measured_again.write(tried(0.4, decisive=False))
+    (found,) = lessons_of(run)
+    assert (found.progress, found.policy_success) == (0.4, 0.5)
 
 
 def test_the_same_evidence_is_kept_once_as_it_was_last_collected(tmp_path: Path) -> None:
