@@ -118,6 +118,12 @@ def test_the_same_evidence_is_kept_once_as_it_was_last_collected(tmp_path: Path)
     assert [each.progress for each in memory.lessons()] == [0.6, 0.5]
 
 
+@pytest.mark.parametrize("separator", ["\u2028", "\u2029", "\x85", "\r", "\n"])
+def test_a_name_with_a_line_separator_leaves_the_memory_readable(tmp_path: Path, separator: str) -> None:
+    memory = kept(tmp_path, lesson(name=f"Worm{separator}2"), lesson(evidence="b/1/01"))
+    assert [each.name for each in memory.lessons()] == [f"Worm{separator}2", "Worm"]
+
+
 def test_the_likest_job_is_told_first_the_best_and_what_warns(tmp_path: Path) -> None:
     memory = kept(
         tmp_path,

@@ -57,7 +57,8 @@ class Memory:
             return ()
         except OSError as error:
             raise UserError(f"the memory {self.path} cannot be read: {error.strerror}") from None
-        return tuple(self._lesson(number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip())
+        # not splitlines: a name may contain the line separators of Unicode, which JSON does not escape
+        return tuple(self._lesson(number, line) for number, line in enumerate(text.split("\n"), 1) if line.strip())
 
     def _lesson(self, number: int, line: str) -> Lesson:
         try:
