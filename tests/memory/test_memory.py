@@ -124,6 +124,11 @@ def test_a_name_with_a_line_separator_leaves_the_memory_readable(tmp_path: Path,
     assert [each.name for each in memory.lessons()] == [f"Worm{separator}2", "Worm"]
 
 
+def test_where_there_are_lessons_of_one_job_alone_it_fills_them_all(tmp_path: Path) -> None:
+    bodies = [lesson(evidence=f"a/{number}/01", family=f"worm {number}", progress=number / 20) for number in range(12)]
+    assert len(kept(tmp_path, *bodies).recall("crawl through a tunnel", "free")) == 8
+
+
 def test_the_likest_job_is_told_first_the_best_and_what_warns(tmp_path: Path) -> None:
     memory = kept(
         tmp_path,
@@ -133,7 +138,7 @@ def test_the_likest_job_is_told_first_the_best_and_what_warns(tmp_path: Path) ->
         lesson(evidence="a/2/02", family="crawler", progress=0.6, progress_before=1.0, changed=("legs",)),
     )  # fmt: skip
     told = [each.evidence for each in memory.recall("creep through a narrow tunnel", "free", 4)]
-    assert told == ["a/2/01", "a/2/02", "g/1/01"]
+    assert told == ["a/2/01", "a/2/02", "a/1/01", "g/1/01"]
     assert told != [each.evidence for each in memory.recall("lift a block off a table", "fixed", 4)]
     assert memory.recall("lift a block off a table", "fixed", 4)[0].evidence == "g/1/01"
     texts = memory.tell("crawl through a tunnel", "free", 4)
