@@ -328,6 +328,20 @@ def test_a_lost_worker_is_retried_and_a_hopeless_job_does_not_stop_the_rest(tmp_
     assert {str(note["error"]) for note in read_failures(study)} == {"the machine went away"}
 
 
+def test_a_job_that_fails_after_its_output_is_complete_is_not_repeated(tmp_path: Path) -> None:
+    study = create_study(tmp_path / "s", plan(arms=plan().arms[:1]))
+
+    def fail(job: Job, _attempt: int) -> str:
+        run_job(study.path, job)
+        return "no film could be drawn"
+
+    pool = Here(study, fail)
+    progress = run_study(study, pool)
+    assert (progress.done, progress.failed) == (len(set(pool.begun)), ())
+    assert len(pool.begun) == len(set(pool.begun))
+    assert {(note["attempt"], note["error"]) for note in read_failures(study)} == {(1, "no film could be drawn")}
+
+
 def test_a_probe_takes_one_core_as_every_job_does(finished: Study) -> None:
     found = []
 
