@@ -21,6 +21,8 @@ _CANDIDATES = 320
 _MOST_SEEDS = 8
 MEAN_PROGRESS = "progress, mean of the seeds"
 """Name of the figure of a probe by which scenes are compared."""
+VARIATIONS_SOLVED = "variations solved"
+"""Name of the figure with the share of the variations that some motion solves, mean of the seeds."""
 
 
 class Probed(Measured):
@@ -96,7 +98,7 @@ def probe_motions(
         Figure(name=MEAN_PROGRESS, value=float(progress.mean())),
         Figure(name="least", value=float(progress.min())),
         Figure(name="most", value=float(progress.max())),
-        Figure(name="variations solved", value=float(np.mean([report.success_share for report in reports]))),
+        Figure(name=VARIATIONS_SOLVED, value=float(np.mean([report.success_share for report in reports]))),
     )
     lines = [
         f"seed {report.seed}: progress {report.progress:.2f}, {report.reached}; {report.motions} motions a variation, "

@@ -215,6 +215,8 @@ def test_the_script_that_won_most_goes_along_with_its_scene(tmp_path: Path) -> N
         "the later of two that are as good; one of one says little"
     )
     assert box.exploration.script_for("scene_2") == ""
+    box._records.append(won("probe", "", 8, 8))
+    assert box.exploration.script_for("scene_1") == "*: 0.4", "a probe plays another motion in each variation"
     box._records.append(won("train", "*: 0.4", 20, 20))
     assert box.exploration.script_for("scene_1") == "*: 0.4"
 
