@@ -95,6 +95,24 @@ def test_it_ends_when_a_policy_wins(
     assert len(trained) == 1
 
 
+@pytest.mark.usefixtures("designs")
+def test_the_best_designs_are_trained_each_with_its_best_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    measured = {
+        "objective": "", "base": "fixed", "family": "", "morphology": "", "actuation": "", "actuators": 1, "groups": 1,
+        "found": "", "model": "", "least": 0.5, "most": 1, "searches": 2, "solved": True,
+    }  # fmt: skip
+    scenes = {"a/designs/1/01": 0.8, "a/designs/1/02": 0.9, "a/designs/2/01": 0.6, "a/designs/3/01": 0.5}
+    lessons = tuple(
+        Lesson(name=place, progress=progress, evidence=place, scene_sha256=place[2:].replace("/", ""), **measured)
+        for place, progress in scenes.items()
+    )
+    trained: list[str] = []
+    monkeypatch.setattr(generations, "lessons_of", lambda _run: lessons)
+    monkeypatch.setattr(generations, "_train", lambda *about: trained.append(about[-1].evidence) or "")
+    run_generations(begun(tmp_path, generations=1, train=2))
+    assert trained == ["a/designs/1/02", "a/designs/2/01"]
+
+
 @pytest.mark.parametrize(
     ("how", "searches", "train", "policy", "done"),
     [

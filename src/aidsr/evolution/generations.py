@@ -290,13 +290,15 @@ def _left(plan: Plan, spent: Iterable[Run]) -> Budget | None:
 
 
 def _to_train(evolution: Evolution, plan: Plan, run: Run) -> Iterator[Lesson]:
-    """Yield the lessons of the best scenes of a generation that have not been trained yet.
+    """Yield the lessons of the best designs of a generation that have not been trained yet, one scene of each.
 
     Scenes of the measuring team are left out: that team decides itself which scenes to train.
     """
     tried = [each for each in evolution.lessons(run) if each.solved and not each.how]
-    solved = sorted(tried, key=lambda each: -each.progress)
-    for lesson in solved[: plan.train]:
+    best: dict[int, Lesson] = {}
+    for lesson in sorted(tried, key=lambda each: -each.progress):
+        best.setdefault(lesson.design_and_iteration[0], lesson)
+    for lesson in list(best.values())[: plan.train]:
         if evolution.training(lesson).read() is None:
             yield lesson
 
