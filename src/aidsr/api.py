@@ -75,7 +75,8 @@ def probe(
         candidates: Number of motions tried for each variation, in whole generations of 16. Default: 128; with a goal,
             256. At least 16.
         variations: Number of development variations of the task; each is searched separately.
-        max_steps: Maximum physics steps of all simulations together. Default: 300,000; with a goal, 1,000,000.
+        max_steps: Maximum physics steps of all simulations together. Default: 5,000 for each variation and second of
+            the task's time limit, at least 300,000; with a goal, at least 1,000,000.
         seed: Seed of the search; the same seed tries the same motions.
         threads: Native threads for physics; 0 uses all processors. Results do not depend on it.
         listen: Called with the progress of the search after each generation of motions.

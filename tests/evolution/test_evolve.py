@@ -2,6 +2,7 @@
 
 from importlib import import_module
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 
@@ -10,11 +11,12 @@ from aidsr.apps.cli import main
 from aidsr.core.artifacts import EpisodeResult, Evaluation
 from aidsr.core.calls import Usage
 from aidsr.core.config import Budget, RunConfig
-from aidsr.core.errors import UserError
+from aidsr.core.errors import BudgetError, UserError
 from aidsr.evolution import Evolution, Plan, begin, generations, run_generations
 from aidsr.loop import runner
 from aidsr.memory import Lesson
 from aidsr.runs import Run
+from aidsr.tasks import load_task
 from scripted import Script, Scripted, parts, tried
 
 CONFIG = RunConfig(concepts=1, task_feedback=True)
@@ -93,6 +95,24 @@ def test_it_ends_when_a_policy_wins(
     assert len(trained) == 1
 
 
+@pytest.mark.usefixtures("designs")
+def test_the_best_designs_are_trained_each_with_its_best_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    measured = {
+        "objective": "", "base": "fixed", "family": "", "morphology": "", "actuation": "", "actuators": 1, "groups": 1,
+        "found": "", "model": "", "least": 0.5, "most": 1, "searches": 2, "solved": True,
+    }  # fmt: skip
+    scenes = {"a/designs/1/01": 0.8, "a/designs/1/02": 0.9, "a/designs/2/01": 0.6, "a/designs/3/01": 0.5}
+    lessons = tuple(
+        Lesson(name=place, progress=progress, evidence=place, scene_sha256=place[2:].replace("/", ""), **measured)
+        for place, progress in scenes.items()
+    )
+    trained: list[str] = []
+    monkeypatch.setattr(generations, "lessons_of", lambda _run: lessons)
+    monkeypatch.setattr(generations, "_train", lambda *about: trained.append(about[-1].evidence) or "")
+    run_generations(begun(tmp_path, generations=1, train=2))
+    assert trained == ["a/designs/1/02", "a/designs/2/01"]
+
+
 @pytest.mark.parametrize(
     ("how", "searches", "train", "policy", "done"),
     [
@@ -163,6 +183,35 @@ def test_the_budget_is_that_of_all_generations(
     run_generations(evolution, lines.append)
     assert [run.asked().config.budget.tokens for run in evolution.generations().values()] == [1000, 400]
     assert lines[-1] == "generation 3: the budget is spent"
+
+
+def test_it_ends_where_the_next_call_could_exceed_the_budget(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Refused(Scripted):
+        def propose(self, brief: object, count: int) -> NoReturn:
+            raise BudgetError("600 of 1,000 tokens are spent.", "tokens")
+
+    monkeypatch.setattr(
+        generations, "parts_of", lambda run: parts(Refused() if run.asked().config.seed else Scripted())
+    )
+    lines: list[str] = []
+    evolution = begun(tmp_path)
+    for _ in range(2):  # it says so again when it is continued
+        run_generations(evolution, lines.append)
+        assert lines[-1] == "generation 2: the budget is spent. 600 of 1,000 tokens are spent."
+
+
+def test_one_that_is_reopened_with_another_goal_or_environment_is_refused(tmp_path: Path) -> None:
+    environment, goal = load_task("button_pushing").environment, tmp_path / "goal.toml"
+    goal.write_text('kind = "reach"\ntarget = "button"\n')
+    asked = {"environment": environment, "goal": goal}
+    plan = Plan(objective="Press it.", config=CONFIG)
+    first = begin(tmp_path / "evolution", plan, **asked)
+    assert begin(first.path, plan, **asked) == begin(first.path, plan) == first
+    with pytest.raises(UserError, match=r"another environment \(environment\.xml\); name another folder"):
+        begin(first.path, plan, **{**asked, "environment": environment.replace("<worldbody>", "<worldbody> ")})
+    goal.write_text('kind = "reach"\ntarget = "panel"\n')
+    with pytest.raises(UserError, match=r"another goal \(goal\.toml\); name another folder"):
+        begin(first.path, plan, **asked)
 
 
 def test_from_python_it_is_one_call_and_its_folder_is_read_again(

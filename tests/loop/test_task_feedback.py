@@ -6,7 +6,8 @@ from typing import get_args
 import pytest
 
 from aidsr.core.artifacts import Critique, CritiqueIssue, Decision, TaskReport
-from aidsr.core.errors import IsolationError, UserError
+from aidsr.core.config import Budget
+from aidsr.core.errors import BudgetError, IsolationError, UserError
 from aidsr.loop.early_stop import no_progress
 from aidsr.loop.routing import after_trial
 from aidsr.loop.run import parts_of
@@ -93,6 +94,16 @@ def test_each_round_has_all_its_iterations_and_a_failed_one_keeps_what_was(tmp_p
     assert asked.count("coder") == 1 + 9
     assert (outcome.outcome, outcome.iteration) == ("approved", 1)
     assert run.design(1).final_scene.read() == run.design(1).iteration(1).scene.xml.read()
+
+
+@pytest.mark.parametrize(("replaced", "ends"), [(False, "approved"), (True, "out_of_budget")])
+def test_a_spent_budget_keeps_what_was_unless_the_run_may_get_another(tmp_path, replaced: bool, ends: str) -> None:
+    run, spent = new_run(tmp_path), BudgetError("1,000 tokens are spent", "tokens")
+    if replaced:
+        run.larger_budget.write_text(Budget(tokens=1000).model_dump_json())
+    scripted = Scripted([Script(robots=["ok", spent])])
+    run_designs(run, parts(scripted, try_on_task=lambda _robot, _scene: short(), task_rounds=2))
+    assert run.design(1).outcome.read().outcome == ends
 
 
 def test_the_judge_sees_the_trial_before_it_decides(tmp_path) -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from aidsr.apps.cli import main
+from aidsr.core.artifacts import EpisodeResult, Evaluation
 from aidsr.core.calls import CallRecord, Question, Usage
 from aidsr.core.errors import UserError
 from aidsr.loop.run import create_run
@@ -96,10 +97,36 @@ def test_what_was_measured_again_counts_and_a_later_attempt_says_what_changed(tm
     assert "The attempt before came to 0.40" in second.text()
 
 
+def test_the_policy_of_a_scene_that_was_measured_again_stays_with_it(tmp_path: Path) -> None:
+    run = new_run(tmp_path)
+    run_designs(run, parts(Scripted([Script()])))
+    episodes = tuple(
+        EpisodeResult(variation=0, ended=end, progress=1.0, best_progress=1.0, reward=1.0, time_s=1.0)
+        for end in ("succeeded", "out_of_time")
+    )
+    policy = Evaluation(task="gap", level="standard", benchmark_version=4, episodes=episodes, checks=())
+    iteration = run.design(1).iteration(1)
+    iteration.task_report.write(tried(0.3, decisive=False).model_copy(update={"policy": policy}))
+    iteration.measured_again.write(tried(0.4, decisive=False))
+    (found,) = lessons_of(run)
+    assert (found.progress, found.policy_success) == (0.4, 0.5)
+
+
 def test_the_same_evidence_is_kept_once_as_it_was_last_collected(tmp_path: Path) -> None:
     memory = kept(tmp_path, lesson(progress=0.5))
     assert memory.add([lesson(progress=0.6), lesson(evidence="b/1/01")]) == 1
     assert [each.progress for each in memory.lessons()] == [0.6, 0.5]
+
+
+@pytest.mark.parametrize("separator", ["\u2028", "\u2029", "\x85", "\r", "\n"])
+def test_a_name_with_a_line_separator_leaves_the_memory_readable(tmp_path: Path, separator: str) -> None:
+    memory = kept(tmp_path, lesson(name=f"Worm{separator}2"), lesson(evidence="b/1/01"))
+    assert [each.name for each in memory.lessons()] == [f"Worm{separator}2", "Worm"]
+
+
+def test_where_there_are_lessons_of_one_job_alone_it_fills_them_all(tmp_path: Path) -> None:
+    bodies = [lesson(evidence=f"a/{number}/01", family=f"worm {number}", progress=number / 20) for number in range(12)]
+    assert len(kept(tmp_path, *bodies).recall("crawl through a tunnel", "free")) == 8
 
 
 def test_the_likest_job_is_told_first_the_best_and_what_warns(tmp_path: Path) -> None:
@@ -111,7 +138,7 @@ def test_the_likest_job_is_told_first_the_best_and_what_warns(tmp_path: Path) ->
         lesson(evidence="a/2/02", family="crawler", progress=0.6, progress_before=1.0, changed=("legs",)),
     )  # fmt: skip
     told = [each.evidence for each in memory.recall("creep through a narrow tunnel", "free", 4)]
-    assert told == ["a/2/01", "a/2/02", "g/1/01"]
+    assert told == ["a/2/01", "a/2/02", "a/1/01", "g/1/01"]
     assert told != [each.evidence for each in memory.recall("lift a block off a table", "fixed", 4)]
     assert memory.recall("lift a block off a table", "fixed", 4)[0].evidence == "g/1/01"
     texts = memory.tell("crawl through a tunnel", "free", 4)

@@ -13,7 +13,7 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import Any, Literal
 
 import av
 import numpy as np
@@ -328,6 +328,20 @@ def test_a_lost_worker_is_retried_and_a_hopeless_job_does_not_stop_the_rest(tmp_
     assert {str(note["error"]) for note in read_failures(study)} == {"the machine went away"}
 
 
+def test_a_job_that_fails_after_its_output_is_complete_is_not_repeated(tmp_path: Path) -> None:
+    study = create_study(tmp_path / "s", plan(arms=plan().arms[:1]))
+
+    def fail(job: Job, _attempt: int) -> str:
+        run_job(study.path, job)
+        return "no film could be drawn"
+
+    pool = Here(study, fail)
+    progress = run_study(study, pool)
+    assert (progress.done, progress.failed) == (len(set(pool.begun)), ())
+    assert len(pool.begun) == len(set(pool.begun))
+    assert {(note["attempt"], note["error"]) for note in read_failures(study)} == {(1, "no film could be drawn")}
+
+
 def test_a_probe_takes_one_core_as_every_job_does(finished: Study) -> None:
     found = []
 
@@ -518,8 +532,8 @@ def test_the_command_says_what_it_would_take_and_begins_nothing(tmp_path: Path, 
     assert list(tmp_path.iterdir()) == []
 
 
-def report_of(*codes: str) -> str:
-    faults = [Fault(code=code, layer="simulate", severity="error", message="") for code in codes]
+def report_of(*codes: str, layer: Literal["load", "simulate"] = "simulate") -> str:
+    faults = [Fault(code=code, layer=layer, severity="error", message="") for code in codes]
     return ValidationReport(stable=not codes, faults=tuple(faults)).model_dump_json()
 
 
@@ -551,6 +565,21 @@ def test_a_fault_is_cured_only_where_it_was_looked_for_and_counted_once(tmp_path
         ("open", "robot"),
         ("loose", "concept"),
     ]
+
+
+def test_a_document_that_does_not_load_cures_nothing(tmp_path: Path) -> None:
+    study = create_study(tmp_path / "s", plan(arms=plan().arms[:1]))
+    home = study.home(next(study.cells)) / "run"
+    reports = [report_of("loose", "open"), report_of("not_xml", layer="load"), report_of("loose")]
+    for number, report in enumerate(reports, 1):
+        folder = home / "designs" / "1" / f"{number:02d}"
+        folder.mkdir(parents=True)
+        (folder / "robot.xml").touch()
+        (folder / "robot_report.json").write_text(report)
+    (home / "run.json").write_text("{}")
+    seen, cured = read_repairs(study)
+    assert seen == {"loose": 2, "open": 1, "not_xml": 1}
+    assert [each.code for each in cured] == ["not_xml", "open"]
 
 
 def film(path: Path, brightness: int) -> None:

@@ -264,6 +264,7 @@ def test_a_probe_tells_seeds_and_the_script_that_got_farthest(tmp_path: Path) ->
     assert strip.startswith(b"\x89PNG")
     assert "seed 0: progress 1.00" in told
     assert "seed 3: progress 1.00" in told
+    assert (found.figures["success"], found.figures["episodes"]) == (1.0, 1.0)
     script = re.search(r"as a script:\n(drive: .*)\n", told)
     assert script is not None
     assert "Ended: success, held" in call(work, "play", scene="scene_1", script=script[1])

@@ -24,7 +24,7 @@ from pydantic import Field
 from aidsr.core.arguments import check_type
 from aidsr.core.artifacts import SUCCESSFUL_SHARE, Artifact, Evaluation
 from aidsr.core.config import Budget, RunConfig
-from aidsr.core.errors import IsolationError, MjcfError, UserError
+from aidsr.core.errors import BudgetError, IsolationError, MjcfError, UserError
 from aidsr.core.extras import require_extra
 from aidsr.evolution.report import report
 from aidsr.loop.run import create_run, make_brief, mjcf_text, parts_of
@@ -100,6 +100,11 @@ class Evolution:
         return Memory(self.path / "archive.jsonl")
 
     @property
+    def environment(self) -> BytesFile:
+        """MJCF of the environment of an objective in words; absent for a benchmark task."""
+        return BytesFile(self.path / "environment.xml")
+
+    @property
     def goal(self) -> Path:
         """Goal file of an objective in words; absent if no goal was given."""
         return self.path / "goal.toml"
@@ -154,8 +159,9 @@ def begin(folder: Path, plan: Plan, *, environment: str | Path = "", goal: str |
     Args:
         folder: Folder of the evolution.
         plan: Job and budget.
-        environment: Environment of an objective in words: MJCF text or the path of its file.
-        goal: Goal file of an objective in words.
+        environment: Environment of an objective in words: MJCF text or the path of its file. To reopen a folder it may
+            be left out.
+        goal: Goal file of an objective in words. To reopen a folder it may be left out.
 
     Raises:
         UserError: The folder holds another evolution or other files, or parts of the plan contradict each other.
@@ -167,7 +173,8 @@ def begin(folder: Path, plan: Plan, *, environment: str | Path = "", goal: str |
         require_extra("rl", "training")
     if (kept := evolution.plan.read()) is not None:
         if kept.model_copy(update={"generations": plan.generations}) != plan:
-            raise UserError(f"{folder} holds an evolution with another plan (evolve.json); name another folder")
+            raise _holds_another(folder, "plan", evolution.plan.path)
+        _check_same_job(evolution, environment, goal)
         replace_file(evolution.plan.path, plan.model_dump_json(indent=2).encode() + b"\n")
         return evolution
     if not (plan.task or goal):
@@ -179,11 +186,30 @@ def begin(folder: Path, plan: Plan, *, environment: str | Path = "", goal: str |
     make_brief(plan.objective, task=plan.task, level=plan.level, environment=environment, goal=goal)
     folder.mkdir(parents=True, exist_ok=True)
     if not plan.task:
-        BytesFile(folder / "environment.xml").write(mjcf_text(environment, "environment").encode())
+        evolution.environment.write(mjcf_text(environment, "environment").encode())
         if goal:
             BytesFile(evolution.goal).write(Path(goal).read_bytes())
     evolution.plan.write(plan)
     return evolution
+
+
+def _check_same_job(evolution: Evolution, environment: str | Path, goal: str | Path) -> None:
+    """Refuse to reopen an evolution with another environment or goal than those in its folder.
+
+    Raises:
+        UserError: One of them differs, or cannot be read.
+    """
+    from aidsr.tasks import read_goal
+
+    kept = evolution.environment
+    if environment and kept.read() != mjcf_text(environment, "environment").encode():
+        raise _holds_another(evolution.path, "environment", kept.path)
+    if goal and (not evolution.goal.exists() or read_goal(goal) != read_goal(evolution.goal)):
+        raise _holds_another(evolution.path, "goal", evolution.goal)
+
+
+def _holds_another(folder: Path, what: str, file: Path) -> UserError:
+    return UserError(f"{folder} holds an evolution with another {what} ({file.name}); name another folder")
 
 
 def run_generations(
@@ -210,7 +236,11 @@ def run_generations(
         if run is None:
             listen(f"generation {number}: the budget is spent")
             break
-        run_designs(run, parts_of(run), follow)
+        try:
+            run_designs(run, parts_of(run), follow)
+        except BudgetError as error:  # what is left is too little for the first call
+            listen(f"generation {number}: the budget is spent. {error}")
+            break
         evolution.archive.add(evolution.lessons(run))
         for lesson in _to_train(evolution, plan, run):
             listen(_train(evolution, plan, run, lesson))
@@ -232,7 +262,7 @@ def _new_generation(evolution: Evolution, plan: Plan, number: int, begun: Mappin
         plan.objective,
         task=plan.task,
         level=plan.level,
-        environment="" if plan.task else evolution.path / "environment.xml",
+        environment="" if plan.task else evolution.environment.path,
         goal=evolution.goal if evolution.goal.exists() else "",
     )
     memory = evolution.archive.path
@@ -260,13 +290,15 @@ def _left(plan: Plan, spent: Iterable[Run]) -> Budget | None:
 
 
 def _to_train(evolution: Evolution, plan: Plan, run: Run) -> Iterator[Lesson]:
-    """Yield the lessons of the best scenes of a generation that have not been trained yet.
+    """Yield the lessons of the best designs of a generation that have not been trained yet, one scene of each.
 
     Scenes of the measuring team are left out: that team decides itself which scenes to train.
     """
     tried = [each for each in evolution.lessons(run) if each.solved and not each.how]
-    solved = sorted(tried, key=lambda each: -each.progress)
-    for lesson in solved[: plan.train]:
+    best: dict[int, Lesson] = {}
+    for lesson in sorted(tried, key=lambda each: -each.progress):
+        best.setdefault(lesson.design_and_iteration[0], lesson)
+    for lesson in list(best.values())[: plan.train]:
         if evolution.training(lesson).read() is None:
             yield lesson
 

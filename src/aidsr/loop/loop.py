@@ -11,7 +11,7 @@ from aidsr.core.errors import BudgetError, NoBetterDesignError, ReplyError
 from aidsr.loop.iteration import Draft, Iteration
 from aidsr.loop.parts import Halt, Parts
 from aidsr.loop.routing import Change
-from aidsr.runs import DesignFolder, EventLog
+from aidsr.runs import DesignFolder, EventLog, Run
 from aidsr.runs.status import newest
 
 _MEASURED_AGAIN = 3
@@ -61,6 +61,8 @@ class DesignLoop:
             result = self._run_iteration(iteration, state)
             if result is _Next.ITERATION:
                 continue
+            if isinstance(result, Outcome) and self._may_continue(result):
+                return result
             if result is _Next.BEST_TRIED or (isinstance(result, Outcome) and state.fell_short):
                 iteration, state.draft = self._came_farthest(state.fell_short)
                 result = iteration.decide()
@@ -78,6 +80,10 @@ class DesignLoop:
                     brief = _brief_with_kept_parts(self.brief, state.draft, result)
                     state = _Round(state.draft, brief, 1 + self.iterations, Change(concept=result.text))
         raise AssertionError("the iterations of a round are limited")
+
+    def _may_continue(self, ended: Outcome) -> bool:
+        """Whether the design ran out of a budget that was replaced before, as a study does, and may be again."""
+        return ended.outcome == "out_of_budget" and Run(self.design.path.parent.parent).larger_budget.exists()
 
     def _run_iteration(self, iteration: Iteration, state: _Round) -> Decision | Outcome | _Next:
         """Run an iteration; return the decision, the outcome if the design ends, or what follows."""

@@ -146,6 +146,7 @@ def team_of(run: Run, model: Model | None = None) -> tuple[TeamFor, Callable[[],
                 budget=ToolBudget(config.tool_calls, config.tool_minutes),
                 pictures=config.judge_pictures,
                 text_tools=config.text_tools,
+                may_continue=run.larger_budget.exists(),
             )
         if config.method == "direct":
             return llm.direct_team(capped)

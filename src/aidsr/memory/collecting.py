@@ -37,7 +37,8 @@ def _of_design(run: Run, design: DesignFolder, asked: RunRecord, brief: Brief) -
     for iteration in design.iterations:
         evidence = f"{run.path.resolve().name}/designs/{design.number}/{iteration.path.name}"
         yield from lessons_of_session(iteration, evidence, asked, brief)
-        tried = iteration.measured_again.read() or iteration.task_report.read()
+        first = iteration.task_report.read()
+        tried = iteration.measured_again.read() or first
         scene = iteration.scene.read()
         if tried is None or scene is None:
             continue
@@ -57,6 +58,7 @@ def _of_design(run: Run, design: DesignFolder, asked: RunRecord, brief: Brief) -
             changed=changes.changed if changes else (),
             progress_before=before[1] if before else None,
             **_measured(tried),
+            policy_success=first.policy.success_share if first and first.policy else None,
             model=designer_of(asked.config.model),
             evidence=evidence,
             scene_sha256=hashlib.sha256(scene.mjcf.encode()).hexdigest(),
@@ -77,7 +79,7 @@ def _body(concept: Concept, robot: Robot, actuators: int) -> dict[str, str | int
     }
 
 
-def _measured(tried: TaskReport) -> dict[str, float | int | bool | str | None]:
+def _measured(tried: TaskReport) -> dict[str, float | int | bool | str]:
     searches = [attempt for attempt in tried.attempts if attempt.how == "search"]
     least, most = tried.spread
     return {
@@ -87,5 +89,4 @@ def _measured(tried: TaskReport) -> dict[str, float | int | bool | str | None]:
         "searches": max(len(searches), 1),
         "solved": 2 * sum(attempt.decisive for attempt in searches) > len(searches) or tried.phase == "solved",
         "found": tried.critique.summary,
-        "policy_success": tried.policy.success_share if tried.policy else None,
     }

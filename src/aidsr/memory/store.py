@@ -57,7 +57,8 @@ class Memory:
             return ()
         except OSError as error:
             raise UserError(f"the memory {self.path} cannot be read: {error.strerror}") from None
-        return tuple(self._lesson(number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip())
+        # not splitlines: a name may contain the line separators of Unicode, which JSON does not escape
+        return tuple(self._lesson(number, line) for number, line in enumerate(text.split("\n"), 1) if line.strip())
 
     def _lesson(self, number: int, line: str) -> Lesson:
         try:
@@ -89,7 +90,8 @@ class Memory:
         """Return the lessons to give to a designer: the most similar jobs first, of each the best and most instructive.
 
         The similarity of jobs is the cosine similarity of the TF-IDF weights of their objectives, plus 0.1 if the base
-        of the robot is the same. Of robots of one family with the same number of actuators, the best one is chosen.
+        of the robot is the same. Of robots of one family with the same number of actuators, the best one is chosen. One
+        job gets at most half of the lessons, unless there are too few of other jobs.
 
         Args:
             objective: Objective of the job.
@@ -103,10 +105,14 @@ class Memory:
                 jobs.setdefault((lesson.objective, lesson.base), []).append(lesson)
         likeness = _likeness(objective, [words for words, _ in jobs])
         near = {job: alike + 0.1 * (job[1] == base) for job, alike in zip(jobs, likeness, strict=True)}
-        chosen: list[Lesson] = []
-        for job in sorted(jobs, key=lambda each: -near[each]):
-            chosen += _choose(jobs[job], min(count - len(chosen), max(count // 2, 1)))
-        return tuple(chosen[:count])
+        nearest_first = sorted(jobs, key=lambda each: -near[each])
+        chosen: dict[tuple[str, str], list[Lesson]] = {job: [] for job in nearest_first}
+        for most in (max(count // 2, 1), count):  # half of them for one job, then those that are left
+            for job in nearest_first:
+                left = count - sum(map(len, chosen.values()))
+                more = _choose(jobs[job], min(most, left + len(chosen[job])))
+                chosen[job] += [each for each in more if each not in chosen[job]][:left]
+        return tuple(lesson for job in nearest_first for lesson in chosen[job])
 
     def tell(
         self, objective: str, base: Base = "any", count: int = TOLD, *, without: Collection[str] = ()

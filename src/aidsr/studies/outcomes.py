@@ -175,7 +175,8 @@ def read_repairs(study: Study) -> tuple[Counter[str], list[Repair]]:
     """Return how often each fault occurred in an iteration, and the faults that were gone in the next iteration.
 
     Iterations without a report, or copied from another arm, are not counted. After an iteration with a report on the
-    scene, one with a report on the robot alone does not count as repairing faults, as its scene was not validated.
+    scene, one with a report on the robot alone does not count as repairing faults, as its scene was not validated. Nor
+    does one whose document does not load: nothing else was validated there.
     """
     seen, cured = Counter[str](), list[Repair]()
     for design, copied in _designs(study):
@@ -186,6 +187,10 @@ def read_repairs(study: Study) -> tuple[Counter[str], list[Repair]]:
             if report is None:
                 continue
             now = {fault.code for fault in report.errors}
+            if any(fault.layer == "load" for fault in report.errors):
+                seen.update(now if iteration.number > copied else ())
+                before |= now
+                continue
             if iteration.number > copied:
                 changed = _changed(iteration.concept.path.exists(), iteration.robot.xml.path.exists())
                 gone = before - now if scene or not of_scene else ()

@@ -101,7 +101,9 @@ class _StudyRun:
         elif ended.error or still_pending:
             self.attempts[job] += 1
             _note_failure(self.study, ended, self.attempts[job])
-            if self.attempts[job] >= MOST_ATTEMPTS:
+            if not still_pending:  # it failed after its output, such as in drawing a film
+                self.done += 1
+            elif self.attempts[job] >= MOST_ATTEMPTS:
                 self.failed.append(job)
             else:
                 self.waiting[job] = None

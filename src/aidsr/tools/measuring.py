@@ -27,7 +27,7 @@ from aidsr.tools.building import SceneName, Subject, place, unstable
 from aidsr.tools.gaits import MOST_GAITS, random_gaits
 from aidsr.tools.measured import Measured
 from aidsr.tools.playing import play_policy, play_variations
-from aidsr.tools.probing import probe_motions
+from aidsr.tools.probing import VARIATIONS_SOLVED, probe_motions
 from aidsr.tools.recording import Recording, validity_in_words
 from aidsr.tools.scene import MeasuredScene
 from aidsr.tools.statics import bends, clearances, load
@@ -136,6 +136,7 @@ def probe(
     subject = workspace.subject(scene)
     measured = probe_motions(subject, seeds=seeds, variations=variations, max_steps=max_steps, seconds=seconds)
     figures = {figure.name: figure.value for figure in measured.figures}
+    figures |= {"success": figures[VARIATIONS_SOLVED], "episodes": float(variations)}
     strip: tuple[bytes, ...] = ()
     if workspace.draws:
         played = film(subject.mjcf, subject.success_task(), measured.best, groups=subject.groups)

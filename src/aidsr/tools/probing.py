@@ -21,6 +21,8 @@ _CANDIDATES = 320
 _MOST_SEEDS = 8
 MEAN_PROGRESS = "progress, mean of the seeds"
 """Name of the figure of a probe by which scenes are compared."""
+VARIATIONS_SOLVED = "variations solved"
+"""Name of the figure with the share of the variations that some motion solves, mean of the seeds."""
 
 
 class Probed(Measured):
@@ -49,7 +51,8 @@ def probe_motions(
         scene: The scene.
         seeds: Seeds of the searches.
         variations: Number of development variations, each searched separately.
-        max_steps: Maximum physics steps of each search; 0 for a number that depends on the task's time limit.
+        max_steps: Maximum physics steps of each search; 0 for a number that depends on the task's time limit
+            and on the number of variations.
         seconds: Longest duration of a motion in the search [s], at most the task's time limit; 0 for 15 s.
 
     Raises:
@@ -62,13 +65,15 @@ def probe_motions(
     from aidsr.core.errors import UserError
     from aidsr.learn.openloop import probe_scene
     from aidsr.learn.openloop.motion_search import ALL_KINDS
+    from aidsr.learn.openloop.probe_scene import STEPS_PER_S
     from aidsr.learn.openloop.script import parse_script, script_of
     from aidsr.tools.playing import record
 
     if not 1 <= len(set(seeds)) == len(seeds) <= _MOST_SEEDS:
         raise UserError(f"seeds must be 1 to {_MOST_SEEDS} different numbers: {list(seeds)}")
     loaded = scene.load()
-    max_steps = max_steps or max(_LEAST_STEPS, round(_STEPS_PER_S * loaded.task.time_limit_s))
+    time_s = loaded.task.time_limit_s
+    max_steps = max_steps or max(_LEAST_STEPS, round(max(_STEPS_PER_S, STEPS_PER_S * variations) * time_s))
     reports = [
         probe_scene(
             loaded,
@@ -93,7 +98,7 @@ def probe_motions(
         Figure(name=MEAN_PROGRESS, value=float(progress.mean())),
         Figure(name="least", value=float(progress.min())),
         Figure(name="most", value=float(progress.max())),
-        Figure(name="variations solved", value=float(np.mean([report.success_share for report in reports]))),
+        Figure(name=VARIATIONS_SOLVED, value=float(np.mean([report.success_share for report in reports]))),
     )
     lines = [
         f"seed {report.seed}: progress {report.progress:.2f}, {report.reached}; {report.motions} motions a variation, "

@@ -15,9 +15,9 @@ from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop import ProbeReport
 from aidsr.learn.openloop.fitness import fitness_of
 from aidsr.learn.openloop.motion import Motions, OpenLoopPolicy
-from aidsr.learn.openloop.probe_scene import _Player
+from aidsr.learn.openloop.probe_scene import _Player, _refined, _Search, budget_for, probe_scene
 from aidsr.learn.openloop.recorded_motion import run_record_motion
-from aidsr.tasks import goal_task, parse_goal
+from aidsr.tasks import goal_task, load_task, parse_goal
 from scenes import QuickPushing, small_learning, small_scene
 
 QUICK = {"candidates": 64, "variations": 2, "threads": 1}
@@ -211,3 +211,48 @@ def test_with_a_goal_motions_are_tried_as_they_are_reported():
         told = Motions.of([tried.motion(index, ["left", "right"])])
         for time_s in (0.0, 0.31, 1.7):
             assert told.at(time_s)[0] == pytest.approx(tried.at(time_s)[index], abs=0.0)
+
+
+class LongPushing(FarPushing):
+    """As hard, for as long as a robot travels."""
+
+    time_limit_s = 60.0
+
+
+class LongSidedPushing(SidedPushing):
+    """Won at once, on one side or the other; otherwise it takes long."""
+
+    time_limit_s = 60.0
+
+
+@pytest.mark.parametrize(("task", "variations", "motions"), [(LongPushing(), 4, 32), (FarPushing(), 25, 16)])
+def test_however_long_and_many_the_episodes_each_variation_is_searched(task, variations, motions):
+    report = probe_scene(small_learning(task), candidates=motions, variations=variations, threads=1)
+    assert (report.ended_by, report.motions) == ("candidates", motions)
+    assert report.played_steps <= report.max_steps
+    assert [one.episode.time_s for one in report.variations] == [task.time_limit_s] * variations
+
+
+def test_in_long_episodes_motions_that_succeed_are_played_in_the_other_variations_too():
+    report = probe_scene(small_learning(LongSidedPushing()), candidates=64, variations=3, threads=1)
+    assert report.success_share == 1.0
+    assert report.same_motion_share == pytest.approx(2 / 3)
+
+
+def test_the_default_budget_grows_only_with_long_and_many_episodes():
+    short, long = load_task("surface_adapting"), load_task("stairs")
+    assert (short.time_limit_s, long.time_limit_s) == (15.0, 60.0)
+    assert [budget_for(short, variations) for variations in (1, 2, 4, 8)] == [(128, 300_000)] * 3 + [(128, 600_000)]
+    assert [budget_for(long, variations) for variations in (1, 2, 4)] == [(128, steps * 300_000) for steps in (1, 2, 4)]
+
+
+def test_a_generation_of_four_motions_that_tries_those_of_two_other_variations_leaves_no_empty_part():
+    scene = small_scene()
+    task = goal_task(parse_goal('kind = "reach"\ntarget = "button"'), scene)
+    player, rng = _Player(TaskScene.of(scene, task), 2.0, 1), np.random.default_rng(0)
+    searches = [_Search(index, task.variation("development", index)) for index in range(3)]
+    for search in searches:
+        for kind in ("hold", "pull"):
+            search.add(kind, player.space.sample(kind, 4, rng), rng.random(4), solved=False)
+    tried = _refined(player.space, searches[0], searches, 4, rng)
+    assert [len(player.motions_of(rows).first) for _, _, rows in tried] == [1, 1, 2]

@@ -72,6 +72,13 @@ class WonBy:
         return replace(played, success=np.arange(played.success.size) < self.share * played.success.size)
 
 
+def learn_to_rest(model, *_, **__) -> None:
+    """Take the place of learning."""
+    with torch.no_grad():
+        model.actor.mu.weight.zero_()
+        model.actor.mu.bias.fill_(-5.0)
+
+
 def test_a_motion_that_wins_in_variations_it_was_not_searched_in_is_found():
     scene = small_learning()
     found = find_fallback_motion(scene, seed=0, threads=1)
@@ -131,12 +138,6 @@ def test_a_motion_that_wins_nearly_always_is_the_policy(tmp_path):
 
 def test_a_policy_that_wins_less_than_the_motion_makes_way_for_it(tmp_path, monkeypatch):
     monkeypatch.setattr(fallback_motion, "rollout_without_overlap", WonBy(0.9))
-
-    def learn_to_rest(model, *_, **__):
-        with torch.no_grad():
-            model.actor.mu.weight.zero_()
-            model.actor.mu.bias.fill_(-5.0)
-
     monkeypatch.setattr(SoftActorCritic, "learn", learn_to_rest)
     result = train(small_learning(), tmp_path, steps=STEPS, recipe=SMALL, threads=1)
     config = config_of(tmp_path)
@@ -145,6 +146,25 @@ def test_a_policy_that_wins_less_than_the_motion_makes_way_for_it(tmp_path, monk
     assert (config.recipe.script, result.stopped, result.success_share) == (config.motion, "budget", 1.0)
     assert won(tmp_path) == 1.0
     assert Training(tmp_path).beginning == "; the policy is a motion of the probe, which learning did not beat"
+
+
+@pytest.mark.parametrize("during", ["play_fallback", "finish"])
+def test_a_kill_while_the_motion_that_beat_it_is_tested_changes_nothing(tmp_path, monkeypatch, during):
+    monkeypatch.setattr(fallback_motion, "rollout_without_overlap", WonBy(0.9))
+    monkeypatch.setattr(SoftActorCritic, "learn", learn_to_rest)
+    whole = train(small_learning(), tmp_path / "whole", steps=STEPS, recipe=SMALL, threads=1)
+
+    def killed(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(training._Training, during, killed)
+        with pytest.raises(KeyboardInterrupt):
+            train(small_learning(), tmp_path / "killed", steps=STEPS, recipe=SMALL, threads=1)
+    result = train(small_learning(), tmp_path / "killed", steps=STEPS, recipe=SMALL, threads=1)
+    assert result.model_copy(update={"wall_s": whole.wall_s}) == whole
+    assert won(tmp_path / "killed") == 1.0
+    assert not (tmp_path / "killed" / "checkpoint").exists()
 
 
 def test_a_policy_that_wins_about_as_much_stays(tmp_path, monkeypatch):

@@ -6,14 +6,17 @@ import json
 import shutil
 from itertools import count
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 from tests.tools.test_catalogue import travelling, with_cart
 from tests.tools.test_statics import limb
 
-from aidsr.core.calls import ToolCall
-from aidsr.teams.measuring.own_tools import chosen
+from aidsr.core.calls import Question, ToolCall
+from aidsr.core.errors import BudgetError
+from aidsr.teams.measuring.own_tools import Chosen, chosen, write_chosen
 from aidsr.teams.measuring.records import ToolRecord
+from aidsr.teams.measuring.session import Session
 from aidsr.teams.measuring.toolbox import Toolbox, ToolBudget
 from aidsr.tools import Workspace
 from aidsr.tools.probing import MEAN_PROGRESS
@@ -212,6 +215,8 @@ def test_the_script_that_won_most_goes_along_with_its_scene(tmp_path: Path) -> N
         "the later of two that are as good; one of one says little"
     )
     assert box.exploration.script_for("scene_2") == ""
+    box._records.append(won("probe", "", 8, 8))
+    assert box.exploration.script_for("scene_1") == "*: 0.4", "a probe plays another motion in each variation"
     box._records.append(won("train", "*: 0.4", 20, 20))
     assert box.exploration.script_for("scene_1") == "*: 0.4"
 
@@ -277,3 +282,20 @@ def test_a_scene_that_is_not_stable_is_neither_kept_nor_the_result(tmp_path: Pat
     assert "scene_1 is not stable" in call(box, "keep", scene="scene_1", why="best").text
     assert 'no scene "scene_7"' in call(box, "keep", scene="scene_7", why="best").text
     assert chosen(travelling(tmp_path), "kept") is None
+
+
+class Spent:
+    """A model whose budget allows no call."""
+
+    name = "spent"
+
+    def ask(self, _question: Question) -> NoReturn:
+        raise BudgetError("1,000 tokens are spent", "tokens")
+
+
+def test_what_was_kept_is_the_result_of_a_spent_budget_unless_the_run_may_get_another(tmp_path: Path) -> None:
+    box = proposed(tmp_path)
+    write_chosen(box.workspace, "kept", Chosen(scene="scene_1", why="the only one"))
+    assert Session(Spent(), box, text_tools=True).run("The job.").scene == "scene_1"
+    with pytest.raises(BudgetError, match="1,000 tokens are spent"):
+        Session(Spent(), box, text_tools=True, may_continue=True).run("The job.")

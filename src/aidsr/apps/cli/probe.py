@@ -65,7 +65,8 @@ def probe(
     variations
         Number of development variations of the task; each is searched separately.
     max_steps
-        Maximum physics steps of all simulations together. Default: 300,000; with a goal, 1,000,000.
+        Maximum physics steps of all simulations together. Default: 5,000 for each variation and second of the task's
+        time limit, at least 300,000; with a goal, at least 1,000,000.
     seed
         Seed of the search; the same seed tries the same motions.
     grouping

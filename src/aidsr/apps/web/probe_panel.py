@@ -93,7 +93,7 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
         measure_field(run, choices)
         with box("form"):
             most = limit_field(**_MAX_STEPS, step=100_000).props("stack-label").bind_value(choices, "max_steps")
-            most.props["placeholder"] = "300,000, with a goal 1,000,000"
+            most.props["placeholder"] = "at least 300,000, with a goal 1,000,000"
         with box("row"):
             again = "Probe again" if state.written else "Start the probe"
             button(again, as_action(start), "quiet" if state.written else "primary", "play_arrow")

@@ -48,7 +48,8 @@ def probe(
         grouping: "auto" lets actuators act together; "off" gives each a motion of its own.
         candidates: Motions tried for each variation, in whole generations of 16; 128 unless given, with a goal 256.
         variations: Number of development variations.
-        max_steps: Physics steps of all simulations together; 300,000 unless given, with a goal 1,000,000.
+        max_steps: Physics steps of all simulations together; unless given, 5,000 for each variation and second of the
+            task's time limit, at least 300,000, with a goal 1,000,000.
         seed: Seed of the search.
         threads: Native threads; 0 takes all processors.
         listen: Called after each generation.

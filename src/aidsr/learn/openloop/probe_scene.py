@@ -37,8 +37,14 @@ LONGEST_SEARCH_S = 8.0
 """Maximum duration of a motion in the search [s]. Our choice: as long as a whole grasp; a travelling robot shows its
 speed long before its time limit."""
 MAX_STEPS = 300_000
-"""Physics steps of a whole probe. Our choice: seconds on one core for a robot with a single limb, see
+"""Physics steps of a whole probe of a short task. Our choice: seconds on one core for a robot with a single limb, see
 docs/learning.md."""
+STEPS_PER_S = 5_000
+"""Least physics steps of a probe per variation and second of the task's time limit. Our choice: with four variations,
+`MAX_STEPS` are enough up to 15 s; with them and 60 s, four motions were tried for each variation."""
+_ALL_BY_ALL_S = 240.0
+"""Longest simulated time in which every best motion is played in every variation at the end [s]. Our choice: two
+variations of 60 s or four of 15 s."""
 _GOAL_CANDIDATES, _GOAL_STEPS = 16 * GENERATION, 1_000_000
 """`CANDIDATES` and `MAX_STEPS` with a user-defined goal. Our choice: half a minute to a minute on one core."""
 _GOAL_ELITE = 8
@@ -90,7 +96,9 @@ def probe_scene(
         first: Index of the first of these variations.
         max_steps: Physics steps of all simulations together, after which the search ends; default from `budget_for`. A
             part of them is reserved for playing the best motions to the end. The first few motions are played even
-            where the budget is smaller.
+            where the budget is smaller. Where every best motion in every variation would take longer than 240 s of
+            simulation, only those that succeed in their own variation are played in the others, in addition to these
+            steps.
         longest_s: Maximum duration of a motion in the search [s].
         kinds: Kinds of motions that are tried; default from `kinds_for`.
         seed: Seed of the search.
@@ -100,7 +108,7 @@ def probe_scene(
     Raises:
         UserError: A number is out of range.
     """
-    usual_candidates, usual_steps = budget_for(scene.task)
+    usual_candidates, usual_steps = budget_for(scene.task, variations)
     candidates = usual_candidates if candidates is None else candidates
     max_steps = usual_steps if max_steps is None else max_steps
     if candidates < GENERATION or variations < 1 or max_steps < 1:
@@ -138,9 +146,10 @@ def probe_scene(
     )
 
 
-def budget_for(task: Task) -> tuple[int, int]:
+def budget_for(task: Task, variations: int = VARIATIONS) -> tuple[int, int]:
     """Return the default number of motions for each variation of a task, and of physics steps for all variations."""
-    return (_GOAL_CANDIDATES, _GOAL_STEPS) if isinstance(task, GoalTask) else (CANDIDATES, MAX_STEPS)
+    candidates, steps = (_GOAL_CANDIDATES, _GOAL_STEPS) if isinstance(task, GoalTask) else (CANDIDATES, MAX_STEPS)
+    return candidates, max(steps, round(STEPS_PER_S * task.time_limit_s * variations))
 
 
 def kinds_for(task: Task) -> tuple[MotionKind, ...]:
@@ -268,7 +277,8 @@ def _search(
         Reason why the search ended.
     """
     has_goal = isinstance(player.scene.task, GoalTask)
-    max_steps -= len(searches) ** 2 * player.steps_of(player.scene.task.time_limit_s)  # reserved for the finals
+    finals = len(searches) ** 2 if _plays_all_by_all(player, searches) else len(searches)
+    max_steps -= finals * player.steps_of(player.scene.task.time_limit_s)
     for generation in range(candidates // GENERATION):
         unsolved = [search for search in searches if not search.solved]
         if not unsolved:
@@ -325,23 +335,50 @@ def _refined(
         *(
             (search, kind, space.refine(search.rows[kind], search.fitness[kind], part, rng, most=_GOAL_ELITE))
             for kind, part in parts
+            if part
         ),
     ]
 
 
+def _plays_all_by_all(player: _Player, searches: Sequence[_Search]) -> bool:
+    """Whether every best motion is played in every variation, also those that do not succeed in their own."""
+    return len(searches) ** 2 * player.scene.task.time_limit_s <= _ALL_BY_ALL_S
+
+
 def _play_finals(player: _Player, searches: Sequence[_Search]) -> tuple[tuple[ProbedVariation, ...], float]:
-    """Play the best motion of each search to the end in all variations, rounded as it is reported.
+    """Play the best motion of each search to the end in its variation and in others, rounded as it is reported.
 
     Returns:
         The best motion for each variation, and the share of the variations that the best single motion solves.
     """
     names = [group.name for group in player.scene.actions.groups]
     rounded = [player.motions_of(search.best[None]).motion(0, names) for search in searches]
-    motions = Motions.of([motion for motion in rounded for _ in searches])
-    outcomes = player.play(motions, [search.variation for _ in rounded for search in searches])
-    fitness = fitness_of(outcomes).reshape(len(rounded), len(searches))
+    numbers = range(len(searches))
+    played: dict[tuple[int, int], tuple[EpisodeOutcomes, int]] = {}
+    """Outcomes in which a motion was played in a variation, and the row there."""
+
+    def play(pairs: Sequence[tuple[int, int]]) -> None:
+        motions = Motions.of([rounded[motion] for motion, _ in pairs])
+        outcomes = player.play(motions, [searches[variation].variation for _, variation in pairs])
+        played.update({pair: (outcomes, row) for row, pair in enumerate(pairs)})
+
+    play([(number, number) for number in numbers])
+    all_by_all = _plays_all_by_all(player, searches)
+    others = [
+        (motion, variation)
+        for motion in numbers
+        for variation in numbers
+        if motion != variation and (all_by_all or played[motion, motion][0].success[motion])
+    ]
+    if others:
+        play(others)
+    fitness = np.full((len(searches), len(searches)), -np.inf)
+    success = np.zeros_like(fitness, dtype=np.bool_)
+    for pair, (outcomes, row) in played.items():
+        fitness[pair], success[pair] = fitness_of(outcomes)[row], outcomes.success[row]
     found = []
     for index, best in enumerate(fitness.argmax(axis=0).tolist()):
-        episode = outcomes.result(best * len(searches) + index, searches[index].index)
+        outcomes, row = played[best, index]
+        episode = outcomes.result(row, searches[index].index)
         found.append(ProbedVariation(episode=episode, family=searches[best].best_kind, motion=rounded[best]))
-    return tuple(found), float(outcomes.success.reshape(fitness.shape).mean(axis=1).max())
+    return tuple(found), float(success.mean(axis=1).max())

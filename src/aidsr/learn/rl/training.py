@@ -5,7 +5,8 @@ from __future__ import annotations
 import tempfile
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -22,8 +23,8 @@ from aidsr.learn.rl.behavior_cloning import clone_probe_motion
 from aidsr.learn.rl.fallback_motion import is_clearly_better, record_fallback_motion
 from aidsr.learn.rl.policy import Normalisation, TrainedPolicy, network_options, one_torch_thread
 from aidsr.learn.rl.recipe import Recipe
-from aidsr.learn.rl.training_config import TrainingConfig
-from aidsr.learn.rl.training_folder import Stopped, TrainingFolder, TrainingResult
+from aidsr.learn.rl.training_config import Stopped, TrainingConfig
+from aidsr.learn.rl.training_folder import TrainingFolder, TrainingResult
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import Variation
 
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
     from stable_baselines3 import PPO
     from stable_baselines3.common.vec_env import VecNormalize
 
-    from aidsr.learn.rl.callbacks import History
     from aidsr.learn.rl.curve_point import CurvePoint
     from aidsr.learn.rl.snapshot import Snapshot
     from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
@@ -91,21 +91,22 @@ def train(
         if config.recipe.searches(config.steps) and not (home / "probe.json").exists():
             config = record_fallback_motion(home, scene, config, threads)
         training = _Training(config.recipe.acting_in(scene), home, config, threads, tensorboard, listen)
-        stopped = training.run()
-        if training.needs_fallback(stopped):
+        if config.beaten is None:
+            stopped = training.run()
+            if not training.needs_fallback(stopped):
+                return training.finish(stopped)
             home.log_event("beaten", success_share=training.share, motion_share=config.motion_share)
-            config = config.with_the_motion()
-            if (home / "checkpoint").exists():
-                home.remove_folder("checkpoint")
+            training.checkpoint()  # counts of learning, also if the process is killed from here on
+            config = config.with_the_motion().model_copy(update={"beaten": stopped})
             home.write("config.json", config.model_dump_json(indent=2) + "\n")
-            learned = training.history
             training = _Training(config.recipe.acting_in(scene), home, config, threads, tensorboard, listen)
-            training.play_fallback(learned)
-        return training.finish(stopped)
+        training.play_fallback()
+        assert config.beaten is not None
+        return training.finish(config.beaten)
 
 
 class _Training:
-    """State of one call of `train`; it is loaded from the checkpoint if there is one."""
+    """State of one call of `train`; it is loaded from the checkpoint if there is one, unless a motion beat it."""
 
     def __init__(
         self,
@@ -124,7 +125,7 @@ class _Training:
         self.scene, self.home = scene, home
         self.config, self.threads, self.listen = config, threads, listen
         self.most_s = np.inf if config.minutes is None else 60.0 * config.minutes
-        recipe, self._resumed = config.recipe, home.recover_folder("checkpoint")
+        recipe, self._resumed = config.recipe, home.recover_folder("checkpoint") and config.beaten is None
         self.history = History.of(recipe)
         if self._resumed:
             self.history = History.from_json(home.read_json("checkpoint/history.json"), recipe)
@@ -227,7 +228,7 @@ class _Training:
             recipe,
             self.config.steps,
             self.home,
-            checkpoint=self._checkpoint,
+            checkpoint=self.checkpoint,
             saturated=self._saturated,
             improved=self._keep_best,
             listen=self.listen,
@@ -236,16 +237,17 @@ class _Training:
         )
         if recipe.script and not history.steps:
             self._test_script()
-            # where a searched motion is the policy, nothing is learned
-            if self._suffices(history.success_share) or recipe.from_probe:
+            if self._suffices(history.success_share):
                 return "saturated"
+        if recipe.script and recipe.from_probe:  # where a searched motion is the policy, nothing is learned
+            return "saturated"
         left = (self.config.steps - history.steps) // recipe.hold_steps
         exploration = [Exploration(recipe)] if recipe.algorithm == "ppo" else []
         try:
             if left > 0 and history.wall_s < self.most_s:
                 self.model.learn(left, callback=[*exploration, callback], reset_num_timesteps=False)
         except KeyboardInterrupt:
-            self._checkpoint()
+            self.checkpoint()
             raise
         if callback.is_saturated:
             return "saturated"
@@ -304,8 +306,11 @@ class _Training:
         """Share of new variations in which the policy succeeded at the end; 0 if it never succeeded."""
         return self.history.success_share if self.history.won else 0.0
 
-    def play_fallback(self, learned: History) -> None:
+    def play_fallback(self) -> None:
         """Test the policy that plays the searched motion unchanged, and add the result to the counts of learning."""
+        from aidsr.learn.rl.callbacks import History
+
+        learned = History.from_json(self.home.read_json("checkpoint/history.json"), self.config.recipe)
         self.history = replace(learned, recent=deque(maxlen=learned.recent.maxlen))
         self.model.num_timesteps = learned.steps // self.config.recipe.hold_steps
         self._test_script()
@@ -363,11 +368,18 @@ class _Training:
         history.best_share = history.success_share
         self._keep_best()
 
-    def _checkpoint(self) -> None:
+    def checkpoint(self) -> None:
+        """Save the state from which another process can go on."""
+        with self._saved() as saved:
+            self.home.replace_folder("checkpoint", saved)
+        self.home.log_event("checkpoint", steps=self.history.steps)
+
+    @contextmanager
+    def _saved(self) -> Iterator[Path]:
+        """Save the state in a temporary folder, and return the folder."""
         with tempfile.TemporaryDirectory(dir=self.home.path, prefix=".checkpoint-") as made:
             self._save(Path(made) / "checkpoint")
-            self.home.replace_folder("checkpoint", Path(made) / "checkpoint")
-        self.home.log_event("checkpoint", steps=self.history.steps)
+            yield Path(made) / "checkpoint"
 
     def _save(self, folder: Path) -> None:
         from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
@@ -393,10 +405,18 @@ class _Training:
             stopped=stopped,
             resumed=history.resumed,
         )
-        self._checkpoint()
-        for name in ("normalisation.json", "policy.zip"):
-            self.home.write(name, (self.home / "checkpoint" / name).read_bytes())
+        if self.config.beaten is None:
+            self.checkpoint()
+            self._publish(self.home / "checkpoint")
+        else:  # the checkpoint keeps the counts of the learning, which another process would need
+            with self._saved() as saved:
+                self._publish(saved)
         self.home.write("training.json", result.model_dump_json(indent=2) + "\n")
         self.home.log_event("finished", **result.model_dump(mode="json"))
         self.home.remove_folder("checkpoint")
         return result
+
+    def _publish(self, saved: Path) -> None:
+        """Copy the policy from a saved state into the training's folder."""
+        for name in ("normalisation.json", "policy.zip"):
+            self.home.write(name, (saved / name).read_bytes())

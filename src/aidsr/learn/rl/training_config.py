@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Literal, Self
 
 from aidsr.core.artifacts import ActuatorGroup, Artifact
 from aidsr.learn.episodes.actions import GroupsFrom
@@ -14,9 +14,12 @@ from aidsr.tasks.goals import GOAL_VERSION, AnyGoal
 if TYPE_CHECKING:
     from aidsr.learn.episodes.scene import TaskScene
 
+Stopped = Literal["budget", "saturated", "time", "hopeless"]
+"""Reason why a training ended."""
+
 _PACKAGES = ("aidsr", "mujoco", "numpy", "torch", "stable-baselines3", "gymnasium")
-_FOUND = {"motion", "motion_share", "probe_steps", "probe_s"}
-"""Fields that a probe fills in after the training was requested."""
+_FOUND = {"motion", "motion_share", "probe_steps", "probe_s", "beaten"}
+"""Fields that are filled in after the training was requested."""
 
 
 class TrainingConfig(Artifact):
@@ -48,6 +51,8 @@ class TrainingConfig(Artifact):
     """Control steps of that search; they are not part of `steps`."""
     probe_s: float = 0.0
     """Wall time of that search [s]; the wall time of the training starts with it."""
+    beaten: Stopped | None = None
+    """Why the learning ended whose policy did not beat the motion; None if it beat it, or nothing was learned."""
 
     @property
     def plays_the_motion(self) -> bool:

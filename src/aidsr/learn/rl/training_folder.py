@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
@@ -19,12 +19,9 @@ from aidsr.core.directory_lock import DirectoryLock
 from aidsr.core.errors import UserError
 from aidsr.core.numbered import numbered_in
 from aidsr.core.storage_errors import storage_errors
-from aidsr.learn.rl.training_config import TrainingConfig
+from aidsr.learn.rl.training_config import Stopped, TrainingConfig
 
 Written = TypeVar("Written", bound=Artifact)
-
-Stopped = Literal["budget", "saturated", "time", "hopeless"]
-"""Reason why a training ended."""
 
 
 class FolderInUseError(UserError):

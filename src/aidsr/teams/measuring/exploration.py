@@ -121,7 +121,8 @@ class Exploration:
         It is the script, played or used in a training, with the highest expected share of won episodes. Empty if that
         share is less than a half, or if a training without a script has a higher one.
         """
-        about = [one for one in self.done if one.values.get("scene") == scene and "success" in one.figures]
+        tried = [one for one in self.done if one.values.get("scene") == scene and one.name in ("play", "train")]
+        about = [one for one in tried if "success" in one.figures]
         found = [(_expected_share(one), str(one.values.get("script", ""))) for one in reversed(about)]
         share, script = max(found, key=lambda one: one[0], default=(0.0, ""))
         return script if share >= SUCCESSFUL_SHARE else ""

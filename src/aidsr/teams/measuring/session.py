@@ -36,11 +36,13 @@ class Session:
         model: The language model.
         toolbox: Tools of the session.
         text_tools: Whether calls are written as text even if the model supports tools.
+        may_continue: Whether the run may get another budget, so that a spent one ends the session without a result.
     """
 
     model: Model
     toolbox: Toolbox
     text_tools: bool = False
+    may_continue: bool = False
 
     def run(self, start: str) -> Chosen:
         """Return the scene that the session ends with.
@@ -50,7 +52,8 @@ class Session:
 
         Raises:
             ReplyError: The session ended without a scene, or the model gave up.
-            BudgetError: The budget of the run ended before there was a scene to return, see `_best`.
+            BudgetError: The budget of the run ended, and it may get another one, or there was no scene to return, see
+                `_best`.
             UserError, ModelError: The model gave no reply.
         """
         native = calls_tools(self.model) and not self.text_tools
@@ -63,9 +66,10 @@ class Session:
             try:
                 record = self.model.ask(Question(role="designer", messages=messages, tools=specs if native else ()))
             except BudgetError as error:
-                if best := self._best(str(error)):
-                    return best
-                raise
+                best = None if self.may_continue else self._best(str(error))
+                if best is None:
+                    raise
+                return best
             calls, complaint = _calls_of(record, native)
             if calls:
                 said = record.reply if native else prose_of(record.reply)

@@ -30,6 +30,7 @@ def measuring_team(
     budget: ToolBudget,
     pictures: bool = False,
     text_tools: bool = False,
+    may_continue: bool = False,
 ) -> Team:
     """Return the team for one folder of a run.
 
@@ -44,8 +45,9 @@ def measuring_team(
         budget: Limits for the use of tools in a session.
         pictures: Whether the model accepts pictures.
         text_tools: Whether calls are written as text even if the model supports tools.
+        may_continue: Whether the run may get another budget, so that a spent one ends a session without a result.
     """
-    roles = _Roles(model, folder, level, goal, budget, pictures, text_tools)
+    roles = _Roles(model, folder, level, goal, budget, pictures, text_tools, may_continue)
     return Team(designer=roles, coder=roles, integrator=roles, judge=roles)
 
 
@@ -71,6 +73,7 @@ class _Roles:
     budget: ToolBudget
     pictures: bool
     text_tools: bool
+    may_continue: bool
 
     def propose(self, brief: Brief, count: int) -> tuple[Concept, ...]:
         """Return `count` concepts that have only numbers: each session proposes its own families."""
@@ -146,7 +149,7 @@ class _Roles:
             before=_first_robot(workspace, robot) if robot else "",
             feedback=_words(feedback),
         )
-        found = Session(self.model, toolbox, self.text_tools).run(start)
+        found = Session(self.model, toolbox, self.text_tools, self.may_continue).run(start)
         script = toolbox.exploration.script_for(found.scene)
         if chosen(workspace, "finished") is None:
             write_chosen(workspace, "finished", found)
