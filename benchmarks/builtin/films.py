@@ -29,7 +29,8 @@ from aidsr.studies.study import Study, StudyPlan, open_study
 from aidsr.tasks import BENCHMARK_VERSION, TASKS_IN_SAMPLE, TASKS_OUT_OF_SAMPLE, is_current
 
 DOCS = Path(__file__).parents[2] / "docs"
-TODAY = Path(__file__).with_name(f"results-version{BENCHMARK_VERSION}.jsonl")
+TODAY = max(Path(__file__).parent.glob("results-version?.jsonl"))
+"""The newest table; its rows count where their task has not changed since."""
 _MOMENTS, _WIDTH, _HEIGHT, _FINER = 4, 220, 165, 2
 """Number of moments of a strip, width and height of each [px], and the factor by which they are drawn larger first, so
 that edges are smooth."""
@@ -48,7 +49,7 @@ _SUPERSEDED = """
 **Superseded**: pictures and captions of {versions} show policies that were judged by the rules of their time.
 [Today's version](tasks.md#reasons-for-some-choices) is {today}, which no longer accepts some of the ways in which tasks
 were won. Each section therefore names today's result of the built-in designs of its task, from
-[results-version{today}.md](../benchmarks/builtin/results-version{today}.md); figures of the two are not comparable.
+[{table}](../benchmarks/builtin/{table}); figures of the two are not comparable.
 """
 
 
@@ -80,9 +81,10 @@ def _head(captions: Mapping[str, str]) -> str:
     shown = {(task, int(version)) for task, caption in captions.items() for version in _VERSION.findall(caption)}
     superseded = sorted({version for task, version in shown if not is_current(task, version)})
     versions = f"version{'s' * (len(superseded) > 1)} " + " and ".join(map(str, superseded))
+    table = TODAY.with_suffix(".md").name
     return _HEAD.format(
         of=f", {versions} of the benchmark" if superseded else "",
-        superseded=_SUPERSEDED.format(versions=versions, today=BENCHMARK_VERSION) if superseded else "",
+        superseded=_SUPERSEDED.format(versions=versions, today=BENCHMARK_VERSION, table=table) if superseded else "",
         without=", ".join(_name(task) for task in (*TASKS_IN_SAMPLE, *TASKS_OUT_OF_SAMPLE) if task not in captions),
     )
 
@@ -101,7 +103,7 @@ def _caption(card: Card, plan: StudyPlan) -> str:
 def _today(task: str) -> str:
     """Return the result of a task's best built-in design in today's version of the benchmark."""
     rows: list[dict[str, Any]] = [json.loads(line) for line in TODAY.read_text(encoding="utf-8").splitlines()]
-    own = [row for row in rows if row["task"] == task]
+    own = [row for row in rows if row["task"] == task and is_current(task, row["benchmark_version"])]
     if not own:
         return f"Today, version {BENCHMARK_VERSION}: not measured yet."
     best = max(own, key=lambda row: row["success_share"])

@@ -6,8 +6,8 @@ Policies are trained by protocol `best`; successful ones are also played in pert
 unless some are named. The table has separate totals for the 14 tasks that the rules were written with in view (in
 sample) and for the 4 that came later (out of sample). The command runs a study (aidsr.studies) with one concept per
 run: the n-th design of a task is the first concept of seed n - 1. Every task gets its first design before any task gets
-its second, so a table that is stopped early is still useful. Raw outcomes are written to results-version6.jsonl beside
-this file and the table made from them to results-version6.md, or to files of another name (`--out mine`). The same
+its second, so a table that is stopped early is still useful. Raw outcomes are written to results-version7.jsonl beside
+this file and the table made from them to results-version7.md, or to files of another name (`--out mine`). The same
 command continues a stopped study, on this machine or another one: a design whose outcome is in the .jsonl is not
 trained again. To train everything yourself, name files that do not exist yet.
 

@@ -720,6 +720,33 @@ def _ghost_arm() -> str:
     return arm.document('<geom name="plate" type="cylinder" size="0.02 0.004" contype="0" conaffinity="0"/>')
 
 
+def _ghost_tip() -> str:
+    """A short soft arm whose functional part is a point far below it."""
+    arm = chain(
+        "arm",
+        'pos="0 0 0.01"',
+        links=6,
+        radius_m=0.008,
+        stiffness=0.25,
+        pull_n=12.0,
+        sides=("front", "back", "left", "right"),
+        end='<site name="far" pos="0 0 0.45"/>',
+    )
+    return arm.document('<geom name="plate" type="cylinder" size="0.02 0.004"/>')
+
+
+def swing() -> Rule:
+    """Return the rule that bends the arm towards the branch; the robot's y axis is the world's -y."""
+
+    def rule(time_s: float, seen: FloatArray) -> Commands:
+        pull = min(time_s / 10.0, 1.0)
+        x, y = pull * seen[:, 6], -pull * seen[:, 7]
+        ways = {"front": x, "back": -x, "left": y, "right": -y}
+        return {f"*{side}": 2 * np.maximum(way, 0.0) - 1 for side, way in ways.items()}
+
+    return rule
+
+
 def lean() -> Rule:
     """Return the rule that bends the arm towards the side of the surface."""
 
@@ -1298,6 +1325,15 @@ CHEATS: tuple[Cheat, ...] = (
         _rope().replace('density="3000"', 'density="3000" contype="0" conaffinity="0"'),
         lambda: DOWN,
         part="tip",
+    ),
+    Cheat(
+        "ghost_tip",
+        "A short arm above the pipe whose functional part is a point far below it: a small bend swings it through "
+        "the walls into the branch.",
+        "pipe_inserting",
+        _ghost_tip(),
+        swing,
+        part="far",
     ),
     Cheat(
         "ghost_arm",

@@ -47,6 +47,7 @@ BY_CHECK = {
         "coils_behind_the_tunnel rears_up_on_the_stairs"
     ),
     "functional_part_is_a_part": "thirteen_fingers",
+    "in_scope": "ghost_tip",
 }
 
 

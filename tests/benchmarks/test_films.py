@@ -71,11 +71,13 @@ def test_the_page_tells_todays_results_beside_each_picture(films, monkeypatch):
 
 
 def test_todays_result_is_that_of_the_best_design(films, monkeypatch, tmp_path):
-    fields = ("task", "family", "design", "valid", "successful", "success_share")
+    fields = ("task", "family", "design", "valid", "successful", "success_share", "benchmark_version")
     rows = [
-        ("locomotion/gap", "ring", 1, True, False, 0.1),
-        ("locomotion/gap", "worm", 2, True, True, 0.6),
-        ("locomotion/stairs", "ring", 1, False, False, 0.0),
+        ("locomotion/gap", "ring", 1, True, False, 0.1, 4),
+        ("locomotion/gap", "worm", 2, True, True, 0.6, BENCHMARK_VERSION),
+        ("locomotion/gap", "worm", 3, True, True, 0.9, 3),
+        ("locomotion/stairs", "ring", 1, False, False, 0.0, 4),
+        ("reaching/pipe_inserting", "tentacle", 1, True, True, 1.0, 6),
     ]
     table = tmp_path / "results.jsonl"
     table.write_text("".join(json.dumps(dict(zip(fields, row, strict=True))) + "\n" for row in rows))
@@ -84,6 +86,7 @@ def test_todays_result_is_that_of_the_best_design(films, monkeypatch, tmp_path):
     assert films._today("locomotion/gap") == f"{today}worm, design 2, the best of 2: successful, 60 % of episodes won."
     assert films._today("locomotion/stairs") == f"{today}ring, design 1: not valid, 0 % of episodes won."
     assert films._today("locomotion/tunnel") == f"{today}not measured yet."
+    assert films._today("reaching/pipe_inserting") == f"{today}not measured yet.", "its task has changed since"
 
 
 def test_every_task_has_a_film_on_the_page_or_is_named_as_missing(films):

@@ -83,6 +83,21 @@ def test_a_gap_that_lets_others_enter_is_as_good_as_no_contact() -> None:
     assert "ghost_shape" in codes(changed(('mass="0.01"/>', 'mass="0.01" gap="0.5"/>')))
 
 
+@pytest.mark.parametrize(("up_m", "in_the_air"), [(0.058, False), (0.069, False), (0.071, True), (0.45, True)])
+def test_a_functional_part_far_from_all_that_can_touch_is_a_point_in_the_air(up_m: float, in_the_air: bool) -> None:
+    far = small_scene("pipe_inserting").replace('pos="0 0 0.058"', f'pos="0 0 {up_m}"')
+    assert codes(far) == ({"part_in_the_air"} if in_the_air else set())
+    model, structure = _read(far)
+    assert (model.site("robot/functional_part").id in structure.marks) != in_the_air
+    assert (model.site("robot/tip").id in structure.marks) != in_the_air
+
+
+def test_a_shape_that_touches_nothing_does_not_bring_a_functional_part_to_the_robot() -> None:
+    rod = '<geom type="capsule" size="0.001" fromto="0 0 0.06 0 0 0.11" mass="1e-4" contype="0" conaffinity="0"/>'
+    scene = small_scene("pipe_inserting").replace('pos="0 0 0.058"', 'pos="0 0 0.1"')
+    assert "part_in_the_air" in codes(scene.replace('<site name="robot/tip"', rod + '<site name="robot/tip"'))
+
+
 def test_an_exclusion_between_parts_of_the_robot_and_with_its_mount_is_allowed() -> None:
     inside = "<contact><exclude body1='seg1' body2='seg3'/></contact><tendon>"
     assert codes(changed(("<tendon>", inside))) == set()

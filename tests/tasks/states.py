@@ -44,7 +44,7 @@ def surface_adapting(
     return altered(body, touching), {"touching_s": 10.0, "too_hard_s": too_hard_s}
 
 
-def pipe_inserting(task, seen, branch_m=0.1001, way=None, beside_m=0.034, across_m=0.0, too_hard_s=0.5):
+def pipe_inserting(task, seen, branch_m=0.1001, way=None, beside_m=0.034, across_m=0.0, too_hard_s=0.5, entered=1.0):
     """Somewhere in the branch, or this share of the way down to it."""
     side_rad, junction_m, branch_rad = (
         seen.parameters[name][0, 0] for name in ("side_rad", "junction_m", "branch_rad")
@@ -54,8 +54,8 @@ def pipe_inserting(task, seen, branch_m=0.1001, way=None, beside_m=0.034, across
     in_branch_m = np.sin(branch_rad) * out - np.array([0.0, 0.0, np.cos(branch_rad)])
     deep_m = np.array([0.0, 0.0, -junction_m * (1.0 if way is None else way)])
     from_mouth_m = deep_m + beside_m * left + (branch_m * in_branch_m + across_m * up if way is None else 0.0)
-    times_s = {"touching_s": 10.0, "too_hard_s": too_hard_s}
-    return altered(seen, {"tip_position": seen["pipe_position"][0] + from_mouth_m}), times_s
+    remembered = {"touching_s": 10.0, "too_hard_s": too_hard_s, "entered": entered}
+    return altered(seen, {"tip_position": seen["pipe_position"][0] + from_mouth_m}), remembered
 
 
 def around_corners(task, seen, above_m=0.0, tip_n=0.51):

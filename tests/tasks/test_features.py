@@ -194,7 +194,7 @@ FIVE_BRUSHED = np.where(np.arange(25) < 5, 0.1, 0.0)
 SAID = [
     ("button_pushing", {"tip_force": (3.0, 0.0, -4.0)}, {"asked": 1.0}, {7: 1.0, 8: 1.0}),
     ("surface_adapting", {"surface_contacts": touches(2.0, 1.0)}, {}, {9: 0.4}),
-    ("pipe_inserting", {"wall_contacts": touches(2.0, 1.0)}, {}, {12: 0.6}),
+    ("pipe_inserting", {"wall_contacts": touches(2.0, 1.0)}, {"entered": 1.0}, {12: 0.6, 13: 1.0}),
     (
         "around_corners",
         {"tip_force": (0.0, 3.0, -4.0), "wall_contacts": touches(2.0, 1.0)},

@@ -10,6 +10,7 @@ from sights import altered, first, outlined, stacked, touches
 from states import JUST
 
 from aidsr.tasks import TASKS, load_task
+from aidsr.tasks.reaching.pipe_inserting import branch_direction
 from aidsr.tasks.scoring import reset, score
 
 MISSES = [
@@ -25,6 +26,8 @@ MISSES = [
     ("surface_adapting", "standard", {"touch_n": 0.049}),
     ("surface_adapting", "standard", {"too_hard_s": 0.501}),
     ("pipe_inserting", "standard", {"branch_m": 0.0999}),
+    ("pipe_inserting", "standard", {"branch_m": 0.1601, "beside_m": 0.0}),
+    ("pipe_inserting", "standard", {"entered": 0.0}),
     ("pipe_inserting", "standard", {"beside_m": 0.036}),
     *[("pipe_inserting", "standard", {"across_m": across_m}) for across_m in (0.036, -0.036)],
     ("pipe_inserting", "standard", {"way": 1.7, "beside_m": 0.0}),
@@ -98,6 +101,73 @@ def test_a_lifted_object_need_not_be_shaken_at_the_standard_level():
     assert succeeded("simple_grasping", "standard", time_s=3.9) == [True]
 
 
+MOUTH, DOWN, JUNCTION, DEEP, END = "over the mouth", "in the pipe", "at the branch", "deep", "beyond the branch's end"
+BESIDE, UNDER, THROUGH_WALL, PRESSED = "beside the pipe", "under the pipe", "outside its wall", "sunk into its wall"
+
+
+def in_pipe_m(task, seen, where: str) -> np.ndarray:
+    """A place in or beside the pipe, in world coordinates [m]."""
+    direction, junction_m = branch_direction(seen)[0], seen.parameters["junction_m"][0, 0]
+    left, down = np.cross(direction, (0.0, 0.0, 1.0)), np.array([0.0, 0.0, -1.0])
+    left /= np.linalg.norm(left)
+    return (
+        seen["pipe_position"][0]
+        + {
+            MOUTH: -0.02 * down,
+            DOWN: 0.05 * down,
+            JUNCTION: junction_m * down,
+            DEEP: junction_m * down + 0.11 * direction,
+            END: junction_m * down + 0.17 * direction,
+            BESIDE: junction_m * down + 0.11 * direction + 0.1 * left,
+            UNDER: 0.32 * down,
+            PRESSED: junction_m * down + 0.05 * direction + 0.038 * left,
+            THROUGH_WALL: junction_m * down + 0.05 * direction + 0.044 * left,
+        }[where]
+    )
+
+
+@pytest.mark.parametrize(
+    ("way", "there"),
+    [
+        ((MOUTH, DOWN, JUNCTION, DEEP), True),
+        ((DOWN, JUNCTION, DEEP), True),
+        ((MOUTH, DOWN, JUNCTION, PRESSED, DEEP), True),
+        ((MOUTH, DOWN, MOUTH, BESIDE, MOUTH, DOWN, JUNCTION, DEEP), True),
+        ((MOUTH, BESIDE, END, DEEP), False),
+        ((MOUTH, BESIDE, DEEP), False),
+        ((MOUTH, DEEP), False),
+        ((MOUTH, BESIDE, DOWN, JUNCTION, DEEP), False),
+        ((MOUTH, BESIDE, UNDER, JUNCTION, DEEP), False),
+        ((MOUTH, DOWN, JUNCTION, THROUGH_WALL, DEEP), False),
+        ((MOUTH, DOWN, JUNCTION, DEEP, END), False),
+        ((MOUTH, DOWN, JUNCTION, DEEP, END, DEEP), False),
+    ],
+)
+def test_a_tip_is_in_the_branch_only_if_it_came_in_through_the_mouth_and_stayed_inside(way, there):
+    task = load_task("pipe_inserting")
+    seen = first(task.name)
+    course = [altered(seen, {"tip_position": in_pipe_m(task, seen, where)}) for where in way]
+    memory = task.reset_state(course[0])
+    for then in course[1:]:
+        memory = task.update_state(then, memory)
+    assert task.is_success(course[-1], memory).tolist() == [there]
+    assert (task.progress(course[-1], memory)[0] > 0.9) == there
+    assert task.observe(course[-1], memory)[0, 13] == float(there)
+
+
+@pytest.mark.parametrize(("time_s", "lost"), [(-0.5, True), (0.0, True), (0.02, False), (0.5, False)])
+@pytest.mark.parametrize("earlier", [False, True])
+def test_who_touches_the_ball_before_it_is_thrown_has_lost(time_s, lost, earlier):
+    task = load_task("dynamic_catching")
+    seen = first(task.name)
+    none, touch = touches(), touches(0.01)
+    samples = np.concatenate([touch if earlier else none] * 5 + [none if earlier else touch] * 5, axis=1)
+    then = altered(seen, {"grip": samples}, time_s=seen.parameters["throw_s"][0, 0] + time_s)
+    assert task.is_failure(then, task.reset_state(seen)).tolist() == [lost]
+    untouched = altered(seen, {"grip": none}, time_s=then.time_s[0])
+    assert task.is_failure(untouched, task.reset_state(seen)).tolist() == [False]
+
+
 @pytest.mark.parametrize(
     ("level", "forces_n", "counted"),
     [
@@ -111,7 +181,8 @@ def test_each_step_that_presses_the_pipe_too_hard_is_remembered(level, forces_n,
     task = load_task("pipe_inserting", level)
     seen = first(task.name, level)
     pressed_and_not = stacked([altered(seen, {"wall_contacts": touches(*forces)}) for forces in (forces_n, ())])
-    memory = task.update_state(pressed_and_not, {"touching_s": np.full(2, 7.0), "too_hard_s": np.full(2, 2.0)})
+    before = {**task.reset_state(pressed_and_not), "touching_s": np.full(2, 7.0), "too_hard_s": np.full(2, 2.0)}
+    memory = task.update_state(pressed_and_not, before)
     assert memory["touching_s"] == pytest.approx([7.04, 7.0])
     assert memory["too_hard_s"] == pytest.approx([2.0 + 0.04 * counted, 2.0])
 

@@ -305,6 +305,7 @@ SHOWN = (
     "ghost_shape",
     "contact_excluded",
     "contact_margin",
+    "part_in_the_air",
     "fully_actuated",
     "driven_overlap",
 )

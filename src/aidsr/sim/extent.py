@@ -50,15 +50,21 @@ def bounding_box_m(model: mujoco.MjModel, data: mujoco.MjData, bodies: Iterable[
     If none of the bodies has a geom, their origins are used. Without any body, both results are the world's origin.
     """
     bodies = tuple(bodies)
-    lows, highs = [], []
-    for geom in _geoms(model, bodies):
-        low, high = _geom_box_m(model, data, geom)
-        lows.append(low)
-        highs.append(high)
-    if not lows:
-        points = data.xpos[list(bodies)] if bodies else np.zeros((1, 3))
-        return points.min(axis=0), points.max(axis=0)
+    if geoms := _geoms(model, bodies):
+        return geoms_box_m(model, data, geoms)
+    points = data.xpos[list(bodies)] if bodies else np.zeros((1, 3))
+    return points.min(axis=0), points.max(axis=0)
+
+
+def geoms_box_m(model: mujoco.MjModel, data: mujoco.MjData, geoms: Iterable[int]) -> tuple[Vector, Vector]:
+    """Return the lowest and highest world coordinates of one or more geoms, (3,) each [m]."""
+    lows, highs = zip(*(_geom_box_m(model, data, geom) for geom in geoms), strict=True)
     return np.min(lows, axis=0), np.max(highs, axis=0)
+
+
+def outside_m(low: Vector, high: Vector, point: Vector) -> float:
+    """Return the distance of a point from a box along the axes of the world, 0 inside [m]; arguments (3,) [m]."""
+    return float(np.linalg.norm(np.maximum(0.0, np.maximum(low - point, point - high))))
 
 
 def _geoms(model: mujoco.MjModel, bodies: Iterable[int]) -> list[int]:

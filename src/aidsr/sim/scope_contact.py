@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from aidsr.sim.extent import UNBOUNDED, bounding_box_m
+from aidsr.sim.extent import UNBOUNDED, bounding_box_m, geoms_box_m, outside_m
+from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.sim.placement import first_shapes
 from aidsr.sim.scope_reader import ScopeFinding, ScopeReader
+from aidsr.sim.structure import OFF_SHARE
 
 Vector = NDArray[np.float64]
 
@@ -117,6 +120,21 @@ def find_margins(reader: ScopeReader) -> Iterator[ScopeFinding]:
         yield ScopeFinding("contact_margin", message, names, share, MARGIN_SHARE, whole=reader.length_m, whole_unit="m")
 
 
+def find_part_in_the_air(reader: ScopeReader) -> Iterator[ScopeFinding]:
+    """Find a functional part outside the bounding box of the robot's colliding geoms, in the reference pose."""
+    model, structure = reader.model, reader.structure
+    site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, FUNCTIONAL_SITE)
+    solid = [g for g, collides in _collides(reader).items() if collides and int(model.geom_type[g]) not in UNBOUNDED]
+    if site not in structure.sites or not solid:
+        return
+    away_m = outside_m(*geoms_box_m(model, reader.data, solid), reader.data.site_xpos[site])
+    if away_m > OFF_SHARE * reader.length_m:
+        names = (reader.name("BODY", int(model.site_bodyid[site])),)
+        share = away_m / reader.length_m
+        message = "its functional part is a point in the air, away from all that can touch something"
+        yield ScopeFinding("part_in_the_air", message, names, share, OFF_SHARE, whole=reader.length_m, whole_unit="m")
+
+
 def _begins_on_mount(reader: ScopeReader, body: int, other: int) -> bool:
     """Return whether `other` is the mount and `body` is close to the fixed base or the first body with geoms on it."""
     model, structure = reader.model, reader.structure
@@ -128,7 +146,7 @@ def _begins_on_mount(reader: ScopeReader, body: int, other: int) -> bool:
     base = [b for b in structure.bodies if b not in structure.moving]
     low, high = bounding_box_m(model, reader.data, base or fixed)
     at = reader.data.xpos[body]
-    return bool(np.linalg.norm(np.maximum(0.0, np.maximum(low - at, at - high))) <= MOUNTED_SHARE * reader.length_m)
+    return outside_m(low, high, at) <= MOUNTED_SHARE * reader.length_m
 
 
 def _surface(half: Vector) -> Vector:

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from aidsr.sim.extent import characteristic_length_m
+from aidsr.sim.extent import UNBOUNDED, characteristic_length_m, geoms_box_m, outside_m
 from aidsr.sim.ownership import (
     WRAP_JOINT,
     WRAP_SITE,
@@ -33,6 +33,9 @@ STANDARD_GRAVITY_M_S2 = 9.81
 SAME_POINT = 1e-3
 """Distance / L below which two joints turn about the same point, like a universal joint made of two hinges. Our choice:
 a hundredth of a segment of a ten-segment limb."""
+OFF_SHARE = 0.05
+"""Distance / L from the bounding box of the robot's solid geoms beyond which a site is a point in the air and no point
+of the robot. Our choice: points between fingers and on tips are inside the box, in all 320 recorded designs."""
 
 
 @dataclass(frozen=True)
@@ -91,6 +94,8 @@ class Structure:
         free_roots: Roots with a free joint.
         moving: Bodies with a joint, or with an ancestor in the robot that has one.
         joints, geoms, sites: All joints, geoms and sites of the robot's bodies.
+        marks: Sites that no tendon runs through, such as tips and other named points, without points in the air; see
+            `OFF_SHARE`.
         chains: Series of hinge and ball joints, longest first.
         longest_series: Largest number of turning points between a root and a leaf; the path may pass through branches.
         tendons: Tendons of the robot.
@@ -111,6 +116,7 @@ class Structure:
     joints: tuple[int, ...]
     geoms: tuple[int, ...]
     sites: tuple[int, ...]
+    marks: tuple[int, ...]
     chains: tuple[Chain, ...]
     longest_series: int
     tendons: tuple[Tendon, ...]
@@ -126,12 +132,6 @@ class Structure:
     def weight_n(self) -> float:
         """Weight of the moving bodies on Earth [N]."""
         return self.mass_kg * STANDARD_GRAVITY_M_S2
-
-    @property
-    def marks(self) -> tuple[int, ...]:
-        """Sites that no tendon runs through, such as tips and other named points."""
-        routing = {site for tendon in self.tendons for site in tendon.sites}
-        return tuple(site for site in self.sites if site not in routing)
 
 
 def name_of(model: mujoco.MjModel, kind: mujoco.mjtObj, index: int) -> str:
@@ -158,6 +158,9 @@ def read_structure(model: mujoco.MjModel) -> Structure:
     tendon_actuators = tuple(i for i in actuators if int(model.actuator_trntype[i]) == _TENDON_TRANSMISSION)
     chains, longest_series = _read_chains(model, data, moving, length_m)
     pulls = {i: unit_pull(model, data, int(model.actuator_trnid[i, 0])) for i in tendon_actuators}
+    geoms = tuple(i for i in range(model.ngeom) if model.geom_bodyid[i] in owned)
+    sites = tuple(i for i in range(model.nsite) if model.site_bodyid[i] in owned)
+    tendons = tuple(_read_tendon(model, i, actuators) for i in range(model.ntendon) if ours.tendon(i))
     return Structure(
         is_scene=ours.is_scene,
         bodies=owned,
@@ -165,11 +168,12 @@ def read_structure(model: mujoco.MjModel) -> Structure:
         free_roots=tuple(body for body in roots if _joint_types(model, body)[:1] == [_FREE]),
         moving=moving,
         joints=tuple(i for i in range(model.njnt) if model.jnt_bodyid[i] in owned),
-        geoms=tuple(i for i in range(model.ngeom) if model.geom_bodyid[i] in owned),
-        sites=tuple(i for i in range(model.nsite) if model.site_bodyid[i] in owned),
+        geoms=geoms,
+        sites=sites,
+        marks=_marks(model, data, geoms, sites, tendons, length_m),
         chains=chains,
         longest_series=longest_series,
-        tendons=tuple(_read_tendon(model, i, actuators) for i in range(model.ntendon) if ours.tendon(i)),
+        tendons=tendons,
         actuators=actuators,
         tendon_actuators=tendon_actuators,
         sensors=tuple(i for i in range(model.nsensor) if ours.sensor(i)),
@@ -178,6 +182,25 @@ def read_structure(model: mujoco.MjModel) -> Structure:
         opposite_pairs=opposite_pairs(pulls),
         symmetric_groups=symmetric_groups([_dofs(model, chain) for chain in chains], pulls),
     )
+
+
+def _marks(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    geoms: tuple[int, ...],
+    sites: tuple[int, ...],
+    tendons: tuple[Tendon, ...],
+    length_m: float,
+) -> tuple[int, ...]:
+    """Return the sites that no tendon runs through and that are not in the air; see `Structure.marks`."""
+    routing = {site for tendon in tendons for site in tendon.sites}
+    marks = tuple(site for site in sites if site not in routing)
+    touching = [geom for geom in geoms if model.geom_contype[geom] or model.geom_conaffinity[geom]]
+    solid = [geom for geom in touching if int(model.geom_type[geom]) not in UNBOUNDED]
+    if not solid:
+        return marks
+    low, high = geoms_box_m(model, data, solid)
+    return tuple(site for site in marks if outside_m(low, high, data.site_xpos[site]) <= OFF_SHARE * length_m)
 
 
 def joined_bodies(model: mujoco.MjModel) -> set[frozenset[int]]:

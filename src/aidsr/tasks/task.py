@@ -25,7 +25,7 @@ from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.variation import Variation
 
-BENCHMARK_VERSION = 6
+BENCHMARK_VERSION = 7
 """Version of the benchmark, stored with every result.
 
 It increases when a dimension, a threshold, a variation or an end condition of a task changes.
@@ -65,6 +65,11 @@ sequence that contains all six orders had succeeded in every episode without obs
 
 Version 6 changes only crank_turning: turning the crank by more than 90 degrees in the wrong direction loses the
 episode. One motion, two turns clockwise and then counterclockwise, had succeeded in both directions.
+
+Version 7 changes two tasks:
+- pipe_inserting: the tip must come in through the mouth, stay between the walls, and not be beyond the branch's end.
+  An arm beside the pipe could hold its tip behind the branch's open end.
+- dynamic_catching: touching the ball before it is thrown loses the episode. It waits within reach of a long hand.
 """
 
 Level = Literal["standard", "hard"]

@@ -44,15 +44,17 @@ MAX_WALL_N = 20.0
 
 @dataclass(frozen=True)
 class PipeInserting(Task):
-    """The functional part gets into a branch of a pipe, gently.
+    """The functional part gets into a branch of a pipe through its mouth, gently.
 
-    What is straight or limp goes on straight down: only a body that bends where the branch leaves gets into it.
+    What is straight or limp goes on straight down: only a body that bends where the branch leaves gets into it. A tip
+    that comes into the branch from outside does not count, nor one beyond the branch's end.
 
     Source: our choice; a bore of 70 mm, as in inspection of pipes with soft growing robots, and a branch that the tip
     has to be steered into, as in bronchoscopy.
     """
 
     name: ClassVar = "reaching/pipe_inserting"
+    unchanged_since: ClassVar = 7
     base: ClassVar = "moving"
     time_limit_s: ClassVar = 30.0
     hold_s: ClassVar = 0.5
@@ -74,6 +76,7 @@ class PipeInserting(Task):
         ),
         Feature("feed", "m", (0, 0.35), "base_feed"),
         Feature(f"force on the walls, 1 = {FORCE_SCALE_N:g} N", "", (0, 8), "wall_contacts"),
+        Feature("1 while inside, having come in through the mouth", "", (0, 1), "(state)"),
     )
     hard: ClassVar = {"wall_n": 2.0}
 
@@ -84,10 +87,11 @@ class PipeInserting(Task):
     def objective(self) -> str:
         return (
             f"Get the tip {DEPTH_M:g} m deep into the branch of a pipe for {self.hold_s:g} s, counted from the pipe's "
-            f"middle line, with more than {self.wall_n:g} N on the walls in at most {100 * SELDOM:g} % of the time in "
-            f"contact. The pipe is square, {2000 * INNER_M:g} mm wide inside, opens upwards {MOUTH_DEPTH_M:g} m below "
-            f"the mount and goes straight down for {LENGTH_M:g} m, and {span(JUNCTION_M)} m below its mouth a branch "
-            f"as wide leaves it to any side, {span(BRANCH_DEG)} degrees from straight down; the mount can move down by "
+            f"middle line, in through its mouth and never outside its walls on the way, with more than {self.wall_n:g} "
+            f"N on the walls in at most {100 * SELDOM:g} % of the time in contact. The pipe is square, "
+            f"{2000 * INNER_M:g} mm wide inside, opens upwards {MOUTH_DEPTH_M:g} m below the mount and goes straight "
+            f"down for {LENGTH_M:g} m, and {span(JUNCTION_M)} m below its mouth a branch as wide and {BRANCH_M:g} m "
+            f"long leaves it to any side, {span(BRANCH_DEG)} degrees from straight down; the mount can move down by "
             f"{MOUTH_DEPTH_M:g} m at up to {FEED_M_S:g} m/s."
         )
 
@@ -98,11 +102,15 @@ class PipeInserting(Task):
                 f"Offset +-{1000 * OFFSET_M:g} mm to each side, branch to any side, {span(JUNCTION_M)} m below the "
                 f"mouth and {span(BRANCH_DEG)} deg from straight down, friction {span(FRICTION)}."
             ),
-            progress="A fifth for coming to the mouth, the rest for the way down the pipe and into the branch.",
+            progress=(
+                "A fifth for coming to the mouth, the rest for the way down the pipe and into the branch, if it was "
+                "entered through the mouth and not left since."
+            ),
             success=(
-                "The tip is deep enough along the branch, and all contacts on the walls together were more than "
-                f"{self.wall_n:g} N in at most {100 * SELDOM:g} % of the time in contact. The policy observes to which "
-                "side the branch leaves, and how steeply."
+                f"The tip is deep enough along the branch and not beyond its end at {BRANCH_M:g} m, it came in through "
+                "the mouth and has been between the outer faces of the walls since, and all contacts on the walls "
+                f"together were more than {self.wall_n:g} N in at most {100 * SELDOM:g} % of the time in contact. The "
+                "policy observes to which side the branch leaves, and how steeply."
             ),
             violation=f"More than {MAX_WALL_N:g} N on the walls.",
         )
@@ -137,36 +145,47 @@ class PipeInserting(Task):
         return Variation((place, turn, *walls, *rough), way, words)
 
     def observe(self, readings: Readings, state: TaskState) -> FloatArray:
-        del state
         tip, to_mouth_m = _tip(readings), readings["pipe_position"] - readings["tip_position"]
         junction_m, direction = readings.parameters["junction_m"], branch_direction(readings)
         to_goal_m = to_mouth_m + DEPTH_M * direction - junction_m * (0.0, 0.0, 1.0)
         way = tip.way_m / (junction_m[:, 0] + DEPTH_M)
         beside = np.minimum(tip.beside_pipe_m, tip.beside_branch_m) / INNER_M
         force = readings.peak_contact_n("wall_contacts", together=True) / FORCE_SCALE_N
-        return np.column_stack([to_mouth_m, to_goal_m, direction, way, beside, readings["base_feed"], force])
+        return np.column_stack(
+            [to_mouth_m, to_goal_m, direction, way, beside, readings["base_feed"], force, state["entered"]]
+        )
 
     def reset_state(self, readings: Readings) -> TaskState:
-        return untouched(readings.n)
+        tip = _tip(readings)
+        # a long robot that hangs straight down has its tip in the mouth at once
+        return {**untouched(readings.n), "over": tip.over.astype(float), "entered": tip.before_branch.astype(float)}
 
     def update_state(self, readings: Readings, state: TaskState) -> TaskState:
         force_n = readings.peak_contact_n("wall_contacts", together=True)
-        return after_touch(state, force_n, self.wall_n, self.control_dt_s)
+        tip = _tip(readings)
+        through_mouth = (state["over"] > 0.0) & tip.before_branch
+        entered = through_mouth | ((state["entered"] > 0.0) & tip.within)
+        return {
+            **after_touch(state, force_n, self.wall_n, self.control_dt_s),
+            "over": tip.over.astype(float),
+            "entered": entered.astype(float),
+        }
 
     def progress(self, readings: Readings, state: TaskState) -> FloatArray:
-        del state
         tip = _tip(readings)
+        inside = tip.inside & (state["entered"] > 0.0)
         distance = np.linalg.norm(readings["pipe_position"] - readings["tip_position"], axis=1)
-        near = np.where(tip.inside, 1.0, closeness(distance, margin=0.2))
+        near = np.where(inside, 1.0, closeness(distance, margin=0.2))
         goal_m = readings.parameters["junction_m"][:, 0] + DEPTH_M
-        return 0.2 * near + 0.8 * np.where(tip.inside, share(tip.way_m, goal_m), 0.0)
+        return 0.2 * near + 0.8 * np.where(inside, share(tip.way_m, goal_m), 0.0)
 
     def violation(self, readings: Readings) -> FloatArray:
         return excess(readings.peak_contact_n("wall_contacts", together=True), MAX_WALL_N)
 
     def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
         tip = _tip(readings)
-        return (tip.branch_m >= DEPTH_M) & (tip.beside_branch_m <= INNER_M) & is_gentle(state)
+        deep = tip.in_branch & (tip.branch_m >= DEPTH_M)
+        return deep & (state["entered"] > 0.0) & is_gentle(state)
 
 
 @dataclass(frozen=True)
@@ -181,8 +200,16 @@ class InPipe:
     """Distance from the pipe's middle line, likewise."""
     way_m: FloatArray
     """Depth in the pipe up to the crossing, plus depth in the branch; it decreases for points that miss the branch."""
+    over: BoolArray
+    """Whether the point is higher than the mouth, or on its rim."""
+    before_branch: BoolArray
+    """Whether the point is between the walls of the pipe, from the mouth to the crossing."""
+    in_branch: BoolArray
+    """Whether the point is between the walls of the branch, from the crossing to the end."""
     inside: BoolArray
-    """Whether the point is below the mouth, and between the walls of the pipe or of the branch."""
+    """Whether the point is between the walls of the pipe or of the branch, and not beyond their ends."""
+    within: BoolArray
+    """The same with the walls as part of the inside: a tip that is pressed against a wall sinks into it."""
 
 
 def _tip(readings: Readings) -> InPipe:
@@ -220,9 +247,24 @@ def in_pipe(point_m: FloatArray, junction_m: FloatArray, branch_rad: FloatArray)
     off_way = closeness(beside_branch_m, within=INNER_M, margin=PASSED_M)
     past = (branch_m > 0.0) & ((below_m > 0.0) | (beside_branch_m <= INNER_M))
     way_m = np.where(past, junction_m + branch_m * off_way, np.minimum(-z, junction_m))
-    in_branch = (branch_m > 0.0) & (beside_branch_m <= INNER_M)
-    inside = (z <= 0.0) & ((beside_pipe_m <= INNER_M) | in_branch)
-    return InPipe(branch_m, beside_branch_m, beside_pipe_m, way_m, inside)
+
+    def between(half_m: float) -> tuple[BoolArray, BoolArray]:
+        in_straight = (z <= 0.0) & (z >= -LENGTH_M) & (beside_pipe_m <= half_m)
+        in_branch = (z <= 0.0) & (branch_m > 0.0) & (branch_m <= BRANCH_M) & (beside_branch_m <= half_m)
+        return in_straight, in_branch
+
+    in_straight, in_branch = between(INNER_M)
+    return InPipe(
+        branch_m=branch_m,
+        beside_branch_m=beside_branch_m,
+        beside_pipe_m=beside_pipe_m,
+        way_m=way_m,
+        over=z > -THICKNESS_M,  # as far as a tip sinks into the rim
+        before_branch=in_straight & (below_m <= 0.0),
+        in_branch=in_branch,
+        inside=in_straight | in_branch,
+        within=np.logical_or(*between(INNER_M + THICKNESS_M)),
+    )
 
 
 @dataclass(frozen=True)

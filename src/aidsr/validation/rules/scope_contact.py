@@ -1,10 +1,11 @@
-"""Scope rules for contacts: margins, shapes without collision, and contact exclusions."""
+"""Scope rules for contacts: margins, shapes without collision, contact exclusions, and a part in the air."""
 
 from __future__ import annotations
 
 from aidsr.sim.scope_contact import COVER_SHARE, GHOST_SHARE, MARGIN_SHARE
+from aidsr.sim.structure import OFF_SHARE
 from aidsr.validation.rule import Example, Rule, Stage
-from aidsr.validation.scope_check import find_out_of_scope_faults
+from aidsr.validation.scope_check import find_out_of_scope_faults, inside
 
 CONTACT_MARGIN = Rule(
     code="contact_margin",
@@ -48,4 +49,19 @@ CONTACT_EXCLUDED = Rule(
     example=Example(
         (("  <tendon>", '  <contact>\n    <exclude body1="world" body2="s6"/>\n  </contact>\n  <tendon>'),)
     ),
+)
+
+PART_IN_THE_AIR = Rule(
+    code="part_in_the_air",
+    stage=Stage.SCOPE,
+    finds="The functional part of the robot in a scene is a point in the air.",
+    why="Such a point passes through walls, and swings far for a small bend, so the robot would reach goals that its "
+    "body does not reach. A point between fingers is none.",
+    limit="distance of the functional part from the bounding box of the geoms that collide, in the reference pose / L: "
+    f"at most {OFF_SHARE:g}; in a scene it is the site `robot/functional_part`, a robot alone does not name it",
+    check=find_out_of_scope_faults,
+    unit="of the robot's length",
+    cure="Let the functional part be a body, a geom or a site on the robot, such as its tip, or a site between its "
+    "fingers.",
+    example=Example((inside("s6", '<site name="robot/functional_part" pos="0 0 0.4"/>'),)),
 )
