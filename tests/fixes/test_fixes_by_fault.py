@@ -199,6 +199,17 @@ def test_servos_written_as_general_actuators_are_servos() -> None:
     assert softer.actuator_gainprm[0, 0] == 1000
     assert list(softer.actuator_biasprm[0, :3]) == [0, -1000, -10000]
     assert fixed("antagonist_lock", text=text).count('ctrlrange="0.1 0.182"') == 2
+    weaker = mujoco.MjModel.from_xml_string(to_text(edited(strength.weaken, text)))
+    assert weaker.actuator_gainprm[0, 0] == 1340
+    assert list(weaker.actuator_biasprm[0, :3]) == [0, -1340, -13400]
+    assert list(weaker.actuator_ctrlrange[0]) == [0.1, 0.14], "a lower command would be a shorter cable"
+    assert list(weaker.actuator_forcerange[0]) == [-26.8, 26.8]
+
+
+def test_a_general_servo_without_a_gain_has_a_gain_of_one() -> None:
+    text = classy('general biastype="affine" biasprm="0 -1 0" ctrlrange="0 0.3"')
+    servo = edited(motion.soften_servos, text).find("actuator")[0]
+    assert (servo.get("gainprm"), servo.get("biasprm")) == ("0.5", "0 -0.5 0")
 
 
 def edited(edit: EditDocument, text: str) -> Element:

@@ -15,6 +15,7 @@ from aidsr.mjcf.edit import (
     get_numbers,
     is_servo,
     joints,
+    scale_gains,
     section,
     set_numbers,
 )
@@ -96,16 +97,7 @@ def soften_servos(root: Element, _: Request) -> Iterator[str]:
     """Halve the stiffness and the damping of position servos."""
     servos = _servos(root)
     for servo in servos:
-        stiffness, damping = _servo_stiffness(root, servo), _servo_damping(root, servo)
-        if servo.tag == "position":
-            set_numbers(servo, "kp", stiffness / 2.0)
-        else:
-            # gain and bias are scaled together, so a command still means the same length
-            gain, bias = effective_numbers(root, servo, "gainprm"), effective_numbers(root, servo, "biasprm")
-            set_numbers(servo, "gainprm", gain[0] / 2.0, *gain[1:])
-            set_numbers(servo, "biasprm", bias[0] / 2.0, bias[1] / 2.0, *bias[2:])
-        if damping:
-            _set_damping(root, servo, damping / 2.0)
+        scale_gains(root, servo, 0.5)
     if servos:
         yield f"halved the gains of {counted(len(servos), 'servo')}"
 

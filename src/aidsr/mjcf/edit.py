@@ -164,22 +164,42 @@ def scale_forces(root: Element, factor: float, names: Collection[str] = ()) -> i
 
 
 def _scale_force(root: Element, actuator: Element, factor: float) -> bool:
-    """Scale the force limits of an actuator, and a servo's gains or another actuator's control range or gear.
+    """Scale the force limits of an actuator, and its gains if its force has a bias, else its control range or gear.
 
-    Scaled values of default classes are written on the actuator itself. A damping ratio is not scaled, because the
-    compiler derives kv from it and the gain. Return whether anything was changed.
+    Scaled values of default classes are written on the actuator itself. Return whether anything was changed.
     """
     scaled = {"forcerange": effective_numbers(root, actuator, "forcerange")}
-    if gain := _SERVO_GAINS.get(str(actuator.tag)):
-        scaled["kv"] = damping_gain(root, actuator)
-        scaled[gain] = effective_numbers(root, actuator, gain) or [1.0]
+    biased = actuator.tag in _SERVO_GAINS or (
+        actuator.tag == "general" and effective_value(root, actuator, "biastype") == "affine"
+    )
+    if biased:
+        scale_gains(root, actuator, factor)
     else:
         scaled["ctrlrange"] = effective_numbers(root, actuator, "ctrlrange")
         scaled["gear"] = [] if scaled["ctrlrange"] else effective_numbers(root, actuator, "gear")
-    for name, values in scaled.items():
+    _scale_numbers(actuator, factor, scaled)
+    return biased or any(scaled.values())
+
+
+def scale_gains(root: Element, servo: Element, factor: float) -> None:
+    """Scale stiffness and damping of a servo, also one that is written as <general>; a command means the same length.
+
+    A damping ratio is not scaled, because the compiler derives kv from it and the gain.
+    """
+    if gain := _SERVO_GAINS.get(str(servo.tag)):
+        scaled = {"kv": damping_gain(root, servo), gain: effective_numbers(root, servo, gain) or [1.0]}
+    else:
+        scaled = {
+            "gainprm": effective_numbers(root, servo, "gainprm") or [1.0],
+            "biasprm": effective_numbers(root, servo, "biasprm"),
+        }
+    _scale_numbers(servo, factor, scaled)
+
+
+def _scale_numbers(element: Element, factor: float, numbers: dict[str, list[float]]) -> None:
+    for name, values in numbers.items():
         if values:
-            set_numbers(actuator, name, *(factor * value for value in values))
-    return any(scaled.values())
+            set_numbers(element, name, *(factor * value for value in values))
 
 
 def scale_springs(root: Element, factor: float) -> int:

@@ -25,7 +25,7 @@ _JOINT = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT)
 
 def without_cables(model: mujoco.MjModel, structure: Structure) -> mujoco.MjModel:
     """Return a copy in which no actuator acts on a tendon of the robot. Springs of tendons remain."""
-    return _switched_off(model, structure.tendon_actuators)
+    return switched_off(model, structure.tendon_actuators)
 
 
 def with_locked_soft_body(model: mujoco.MjModel, structure: Structure) -> mujoco.MjModel:
@@ -41,7 +41,7 @@ def without_other_actuators(model: mujoco.MjModel, structure: Structure) -> mujo
     """
     others = other_actuators(structure)
     held = {joint for i in others for joint in _driven_joints(model, i)} - set(soft_joints(model, structure))
-    return _locked(_switched_off(model, others), held)
+    return _locked(switched_off(model, others), held)
 
 
 def soft_joints(model: mujoco.MjModel, structure: Structure) -> tuple[int, ...]:
@@ -64,7 +64,7 @@ def other_actuators(structure: Structure) -> tuple[int, ...]:
     return tuple(i for i in structure.actuators if i not in structure.tendon_actuators)
 
 
-def _switched_off(model: mujoco.MjModel, actuators: Iterable[int]) -> mujoco.MjModel:
+def switched_off(model: mujoco.MjModel, actuators: Iterable[int]) -> mujoco.MjModel:
     """Return a copy in which these actuators exert no force, whatever their gain, bias and force range.
 
     Actuators that the model already disables stay disabled.
