@@ -201,6 +201,7 @@ def run_generations(
         follow: Called with the events of the runs.
 
     Raises:
+        ForeignFolderError: The run of a generation was not made on this machine, and its prompts leave this process.
         UserError: The folder is not the folder of an evolution, or one of its files is damaged.
     """
     plan = evolution.asked()
@@ -210,7 +211,7 @@ def run_generations(
         if run is None:
             listen(f"generation {number}: the budget is spent")
             break
-        run_designs(run, parts_of(run), follow)
+        run_designs(run, parts_of(run, trust=number not in begun), follow)
         evolution.archive.add(evolution.lessons(run))
         for lesson in _to_train(evolution, plan, run):
             listen(_train(evolution, plan, run, lesson))
