@@ -140,7 +140,7 @@ def explored(folder: Path, families: int) -> Toolbox:
 
 
 PATCH = '<set sel="//body/joint" stiffness="0.2"/>'
-SWEEP = {"subject": "robot_1", "select": "//body/joint", "attribute": "stiffness", "values": ["0.2"], "what": "load"}
+SWEEP = {"subject": "robot_1", "select": "//body/joint", "attribute": "stiffness", "values": ["0.2"], "what": "bends"}
 
 
 def test_one_body_of_each_family_is_measured_before_any_is_refined(tmp_path: Path) -> None:
@@ -152,9 +152,10 @@ def test_one_body_of_each_family_is_measured_before_any_is_refined(tmp_path: Pat
     ):
         refused = call(box, name, **arguments)
         assert (refused.outcome, "trained or finished with; not yet: ring" in refused.text) == ("refused", True)
+    assert call(box, "edit", robot=["robot_1"], patch=PATCH).outcome == "failed", "the arguments are checked"
     cured = call(box, "edit", robot="robot_4", patch=PATCH)
-    assert cured.text.startswith("robot_6:"), "what was not measured may be cured"
-    assert call(box, "measure", what="bends", subject="robot_6").outcome == "done", "an edit is of the same family"
+    assert cured.text.startswith("robot_7:"), "what was not measured may be cured"
+    assert call(box, "measure", what="bends", subject="robot_7").outcome == "done", "an edit is of the same family"
     assert call(box, "edit", robot="robot_1", patch=PATCH).outcome == "done"
     assert call(box, "sweep", **SWEEP).outcome == "done"
 

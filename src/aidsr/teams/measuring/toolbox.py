@@ -186,7 +186,7 @@ class Toolbox:
         if not self.explore or self.spent:
             return ""
         left = self.exploration.unmeasured()
-        refines = name == "edit" and arguments.get("robot") in self.exploration.measured()
+        refines = name == "edit" and str(arguments.get("robot")) in self.exploration.measured()
         ends = name == "finish" and bool(arguments.get("scene"))
         if not left or not (refines or ends or name in ("sweep", "train")):
             return ""
