@@ -16,6 +16,7 @@ from aidsr.learn.rl.training_folder import TrainingFolder
 from aidsr.loop.run import resume
 from aidsr.runs import Library, Run, read_events, read_status, write_summary
 from aidsr.runs.files import JsonFile
+from aidsr.runs.origin import mark_as_ours
 from aidsr.runs.trainings import read_curve, trainings_of
 from aidsr.studies.jobs import pending_in
 from aidsr.studies.leaderboard import check_scenes, leaderboard
@@ -109,6 +110,7 @@ def test_a_run_is_shown_and_summarised(run, capsys):
 
 def test_resuming_a_finished_run_changes_nothing(run):
     write_summary(run)
+    mark_as_ours(run.record.path)  # it was made elsewhere
     before = files_of(run.path)
     resume(run.path)
     changed = {name for name, content in files_of(run.path).items() if before.get(name) != content}

@@ -131,6 +131,8 @@ def test_a_run_goes_on_without_asking_or_measuring_again(tmp_path: Path) -> None
     before = results(run)
     assert len(before) == 13
     record = run.record.path
+    made_by_a_killed_call = run.design(1).path / "01" / "work" / "scene_2"
+    made_by_a_killed_call.mkdir()
     with Loopback(Measuring(rounds=ROUNDS[5:])) as server:
         text = record.read_text()
         old = json.loads(text)["config"]["model"]
@@ -140,6 +142,7 @@ def test_a_run_goes_on_without_asking_or_measuring_again(tmp_path: Path) -> None
     after = results(run)
     assert {name: after[name] for name in before} == before
     assert list(after)[13:] == ["0014_finish.json"]
+    assert not made_by_a_killed_call.exists(), "the call is carried out again, under the same name"
     outcome = run.design(1).outcome.read()
     assert outcome is not None
     assert outcome.outcome == "approved"

@@ -12,13 +12,17 @@ from pathlib import Path
 import pytest
 
 import aidsr
+from aidsr.core.artifacts import Outcome
 from aidsr.core.config import RunConfig
+from aidsr.core.errors import UserError
+from aidsr.evolution import Plan, begin, run_generations
 from aidsr.loop.run import create_run, require_run_is_ours
 from aidsr.runs import Run
 from aidsr.runs.origin import MARK, ForeignFolderError, is_ours
+from aidsr.studies.jobs import Job, run_job
 from aidsr.studies.study import Arm, StudyPlan, create_study, open_study, require_study_is_ours
 from aidsr.teams.providers import destination
-from scripted import brief
+from scripted import Scripted, brief
 
 STRANGER = "qwen3@https://collects.example/v1"
 HERE = "qwen3@http://localhost:8000/v1"
@@ -64,6 +68,39 @@ def test_a_run_without_a_mark_or_with_another_ones_mark_is_refused(tmp_path: Pat
     (run.path / MARK).unlink()
     with pytest.raises(ForeignFolderError):
         require_run_is_ours(run, trust=False)
+
+
+@pytest.mark.parametrize("concepts", [0, 1])
+def test_a_stranger_cannot_pretend_that_a_run_is_finished(tmp_path: Path, concepts: int) -> None:
+    """Only an outcome is there, of a design that the concepts do not name; resuming would ask for the missing rest."""
+    run = redirected(made(tmp_path))
+    if concepts:
+        run.concepts.write(Scripted().propose(brief(), 1))
+    run.design(concepts + 1).outcome.write(Outcome(outcome="approved", reason="", iteration=1))
+    with pytest.raises(ForeignFolderError):
+        aidsr.resume(run)
+    assert not run.events.exists()
+
+
+def test_a_run_in_a_study_names_the_model_of_its_arm(tmp_path: Path) -> None:
+    """The study's user confirmed what study.toml names, and that alone."""
+    plan = StudyPlan(
+        tasks=("reaching/button_pushing",), arms=(Arm(name="one", config=RunConfig(model=HERE)),), protocol="best"
+    )
+    study = create_study(tmp_path / "study", plan)
+    cell = next(iter(study.cells))
+    run = redirected(made(study.home(cell)))
+    with pytest.raises(UserError, match=r'names the model "qwen3@https://collects\.example/v1", and its arm'):
+        run_job(study.path, Job(cell, "design"))
+    assert not run.events.exists()
+
+
+def test_a_generation_that_was_not_made_here_is_refused(tmp_path: Path) -> None:
+    evolution = begin(tmp_path / "e", Plan(task="gap", config=RunConfig(model=HERE, task_feedback=True)))
+    run = redirected(made(evolution.path / "runs"))
+    with pytest.raises(ForeignFolderError, match=r"collects\.example"):
+        run_generations(evolution)
+    assert not run.events.exists()
 
 
 def test_a_person_is_asked_once(tmp_path: Path) -> None:

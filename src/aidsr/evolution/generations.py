@@ -227,6 +227,7 @@ def run_generations(
         follow: Called with the events of the runs.
 
     Raises:
+        ForeignFolderError: The run of a generation was not made on this machine, and its prompts leave this process.
         UserError: The folder is not the folder of an evolution, or one of its files is damaged.
     """
     plan = evolution.asked()
@@ -237,7 +238,7 @@ def run_generations(
             listen(f"generation {number}: the budget is spent")
             break
         try:
-            run_designs(run, parts_of(run), follow)
+            run_designs(run, parts_of(run, trust=number not in begun), follow)
         except BudgetError as error:  # what is left is too little for the first call
             listen(f"generation {number}: the budget is spent. {error}")
             break

@@ -1,4 +1,4 @@
-"""Budget of a run: tokens and cost are reserved before a call and settled after it, so no call can exceed it."""
+"""Budget of a run: tokens and cost are reserved before a call and settled after it."""
 
 from __future__ import annotations
 
@@ -47,8 +47,10 @@ class Ledger:
 
     A call is made only if its upper bound fits into the remaining budget. The bound is the prompt's tokens plus the
     reply's maximum. If it would fit but for calls in flight, the call waits until they end, because most cost far less
-    than their bounds. So budgets are never exceeded, and a small part of them may remain unspent. The Designer's calls
-    for all concepts count towards the run, and in equal shares towards each design.
+    than their bounds. So budgets are not exceeded, and a small part of them may remain unspent. The exception is a call
+    that is retried: one attempt is reserved, and each failed attempt that is billed counts as well.
+
+    The Designer's calls for all concepts count towards the run, and in equal shares towards each design.
     """
 
     def __init__(self, run: Run, budget: Budget, concepts: int, price: Price) -> None:

@@ -23,7 +23,7 @@ from aidsr.loop.scene_pictures import motion_view
 from aidsr.loop.task_trial import check_trial, measure_again, trial_of
 from aidsr.loop.teams import check_effects, check_model, model_name, require_object, team_of
 from aidsr.memory import Memory
-from aidsr.runs import EventLog, Run, RunRecord, new_run, read_status
+from aidsr.runs import EventLog, Run, RunRecord, new_run
 from aidsr.runs.files import replace_file
 from aidsr.runs.folders import as_run
 from aidsr.runs.origin import require_ours
@@ -84,7 +84,7 @@ def design(
     check_effects(config, client)
     brief = make_brief(objective, task=task, level=level, environment=environment, robot=robot, goal=goal)
     run = create_run(brief, config, level=level if task else "", runs=runs, goal=goal, model=client)
-    return run_designs(run, parts_of(run, client), listen)
+    return run_designs(run, parts_of(run, client, trust=True), listen)
 
 
 def resume(
@@ -121,18 +121,17 @@ def resume(
         replace_budget(found, budget, client)
     if client is None:
         require_run_is_ours(found, trust=trust)
-    return run_designs(found, parts_of(found, client), listen)
+    return run_designs(found, parts_of(found, client, trust=trust), listen)
 
 
 def require_run_is_ours(run: Run, *, trust: bool) -> None:
     """Refuse to resume a run that was not made on this machine and sends prompts elsewhere, unless its user trusts it.
 
     Raises:
-        ForeignFolderError: It is such a run, it is not finished, and `trust` is false.
+        ForeignFolderError: It is such a run, and `trust` is false.
         UserError: The folder is not a run.
     """
-    if read_status(run).state != "finished":
-        require_ours(run.record.path, [destination(run.asked().config.model)], trust=trust)
+    require_ours(run.record.path, [destination(run.asked().config.model)], trust=trust)
 
 
 def _same_model(run: Run, model: str | Model | None) -> Model | None:
@@ -286,14 +285,16 @@ def _replayed(config: RunConfig) -> Model | None:
     return connect(config.model) if config.model.startswith(f"{REPLAY.prefix}:") else None
 
 
-def parts_of(run: Run, model: Model | None = None) -> Parts:
+def parts_of(run: Run, model: Model | None = None, *, trust: bool = False) -> Parts:
     """Return the parts of the loop for a run, according to its run.json.
 
     Args:
         run: The run.
         model: Model object that designs, if the run was started with one.
+        trust: Whether the caller has just created the run, or its user has confirmed where its prompts are sent.
 
     Raises:
+        ForeignFolderError: The run was not made on this machine, its prompts leave this process, and `trust` is false.
         UserError: The folder is not a run, its model lacks its key, or it is an object that is not given.
     """
     from aidsr.fixes import fix, leave_as_written
@@ -303,7 +304,7 @@ def parts_of(run: Run, model: Model | None = None) -> Parts:
     from aidsr.validation import validate
 
     record = run.asked()
-    team_for, interrupt = team_of(run, model)
+    team_for, interrupt = team_of(run, model, trust=trust)
     sensors = load_task(record.task, record.level or "standard").sensors if record.task else ()
     parts = Parts(
         team_for=team_for,

@@ -19,7 +19,8 @@ from aidsr.loop.budget import Budgeted, Ledger, Price, check_prices
 from aidsr.loop.parts import TeamFor
 from aidsr.loop.scene_pictures import motion_view, pictures_of
 from aidsr.runs import RecordedModel, Run
-from aidsr.teams.providers import ManualModel, connect, is_offline, price_usd, provider_of
+from aidsr.runs.origin import require_ours
+from aidsr.teams.providers import ManualModel, connect, destination, is_offline, price_usd, provider_of
 from aidsr.teams.providers.replay import ReplayedModel
 
 
@@ -106,14 +107,16 @@ def require_object(run: Run, model: Model | None) -> None:
         )
 
 
-def team_of(run: Run, model: Model | None = None) -> tuple[TeamFor, Callable[[], None]]:
+def team_of(run: Run, model: Model | None = None, *, trust: bool = False) -> tuple[TeamFor, Callable[[], None]]:
     """Return a factory of the run's teams, and a function that interrupts waiting calls.
 
     Args:
         run: The run.
         model: Model object that designs, if the run was started with one.
+        trust: Whether the caller has just created the run, or its user has confirmed where its prompts are sent.
 
     Raises:
+        ForeignFolderError: The run was not made on this machine, its prompts leave this process, and `trust` is false.
         UserError: The model lacks its key or is an object that is not given, or cost is limited and its price is
             unknown.
     """
@@ -126,6 +129,8 @@ def team_of(run: Run, model: Model | None = None) -> tuple[TeamFor, Callable[[],
     from aidsr.teams import llm
     from aidsr.teams.measuring import ToolBudget, copy_measured, measuring_team
 
+    if model is None:
+        require_ours(run.record.path, [destination(config.model)], trust=trust)
     client, price = (model, _unknown_price) if model else (connect(config.model), price_of(config.model))
     check_prices(run.budget(), config.model, price)
     ledger = Ledger(run, run.budget(), config.concepts, price)

@@ -16,7 +16,7 @@ from typing import Literal, Self, get_args
 from aidsr.api import DesignedScene, evaluate, train_policy
 from aidsr.core.artifacts import ValidationReport
 from aidsr.core.config import Budget, RunConfig
-from aidsr.core.errors import AidsrError, BudgetError, Limit
+from aidsr.core.errors import AidsrError, BudgetError, Limit, UserError
 from aidsr.loop.run import create_run, make_brief, parts_of, replace_budget
 from aidsr.loop.runner import run_designs
 from aidsr.runs import DesignFolder, Run, read_status
@@ -163,11 +163,12 @@ def _design(study: Study, job: Job) -> None:
             run = create_run(
                 make_brief(task=cell.task, level=study.plan.level), config, level=study.plan.level, runs=home
             )
+    _require_model_of_arm(run, study.arm(cell.arm).config.model)
     limit = Budget(cost_usd=job.most_usd, tokens=job.most_tokens)
     if limit != Budget() or run.larger_budget.exists():
         replace_budget(run, limit)
     try:
-        status = read_status(run_designs(run, parts_of(run)))
+        status = read_status(run_designs(run, parts_of(run, trust=True)))
     except BudgetError as error:
         if limit == Budget():  # the arm's own budget is too small, so a retry cannot help
             raise AidsrError(str(error)) from error
@@ -177,6 +178,20 @@ def _design(study: Study, job: Job) -> None:
     if status.state != "finished":
         reasons = [stopped for stopped in (status.stopped, *(d.stopped for d in status.designs)) if stopped]
         raise AidsrError("; ".join(stopped.message for stopped in reasons) or f"the run is {status.state}")
+
+
+def _require_model_of_arm(run: Run, model: str) -> None:
+    """Refuse a run that sends its prompts elsewhere than its arm, whose model the study's user confirmed.
+
+    Raises:
+        UserError: The run names another model.
+    """
+    named = run.asked().config.model
+    if named != model:
+        raise UserError(
+            f'{run.record.path} names the model "{named}", and its arm in study.toml "{model}"; delete the folder '
+            f"{run.path}, and its designs are made again"
+        )
 
 
 _NOT_DESIGNING = (

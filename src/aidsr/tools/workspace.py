@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
+import shutil
 import threading
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import count
@@ -328,6 +329,12 @@ class Workspace:
             self.folder.mkdir(parents=True, exist_ok=True)
             path.touch()
         return path.name
+
+    def remove_except(self, kept: Collection[str]) -> None:
+        """Remove all robots and scenes, and all names reserved for them, except those of the given names."""
+        for path in (*self.folder.glob("robot_*"), *self.folder.glob("scene_*")):
+            if path.name not in kept:
+                shutil.rmtree(path) if path.is_dir() else path.unlink()
 
     def is_skipped(self, name: str) -> bool:
         """Whether a name was reserved for an entry that could not be made."""

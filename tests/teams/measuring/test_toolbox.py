@@ -79,6 +79,23 @@ def test_a_session_that_goes_on_gets_its_results_and_its_refusals_again(tmp_path
     assert (tmp_path / "tools" / "0006_validate.json").is_file()
 
 
+def test_what_an_interrupted_call_made_is_removed_and_made_again_under_the_same_name(tmp_path: Path) -> None:
+    box = proposed(tmp_path)
+    call(box, "validate", mjcf=limb(), family="arm")
+    call(box, "validate", mjcf="<mujoco", family="snake")
+    box.workspace.add_robot(box.workspace.robot("robot_1"))  # a call that was killed before it was recorded
+    box.workspace.skip("scene")
+    again = toolbox(tmp_path)
+    again.remove_unrecorded()
+    assert sorted(path.name for path in again.workspace.folder.glob("*_[0-9]*")) == ["robot_1", "robot_2"]
+    assert again.workspace.is_skipped("robot_2")
+    assert call(again, "validate", mjcf=limb(9.81), family="arm").made == "robot_3"
+    again.remove_unrecorded(kept=("robot_4",))
+    assert again.workspace.add_robot(again.workspace.robot("robot_1")) == "robot_4"
+    again.remove_unrecorded(kept=("robot_4",))
+    assert again.workspace.robot("robot_4")
+
+
 def test_calls_and_minutes_are_counted_and_kept_within_the_budget(tmp_path: Path) -> None:
     box = proposed(tmp_path, calls=2)
     call(box, "validate", mjcf=limb(), family="arm")
@@ -126,7 +143,7 @@ def explored(folder: Path, families: int) -> Toolbox:
 
 
 PATCH = '<set sel="//body/joint" stiffness="0.2"/>'
-SWEEP = {"subject": "robot_1", "select": "//body/joint", "attribute": "stiffness", "values": ["0.2"], "what": "load"}
+SWEEP = {"subject": "robot_1", "select": "//body/joint", "attribute": "stiffness", "values": ["0.2"], "what": "bends"}
 
 
 def test_one_body_of_each_family_is_measured_before_any_is_refined(tmp_path: Path) -> None:
@@ -138,9 +155,10 @@ def test_one_body_of_each_family_is_measured_before_any_is_refined(tmp_path: Pat
     ):
         refused = call(box, name, **arguments)
         assert (refused.outcome, "trained or finished with; not yet: ring" in refused.text) == ("refused", True)
+    assert call(box, "edit", robot=["robot_1"], patch=PATCH).outcome == "failed", "the arguments are checked"
     cured = call(box, "edit", robot="robot_4", patch=PATCH)
-    assert cured.text.startswith("robot_6:"), "what was not measured may be cured"
-    assert call(box, "measure", what="bends", subject="robot_6").outcome == "done", "an edit is of the same family"
+    assert cured.text.startswith("robot_7:"), "what was not measured may be cured"
+    assert call(box, "measure", what="bends", subject="robot_7").outcome == "done", "an edit is of the same family"
     assert call(box, "edit", robot="robot_1", patch=PATCH).outcome == "done"
     assert call(box, "sweep", **SWEEP).outcome == "done"
 

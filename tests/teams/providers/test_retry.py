@@ -7,6 +7,7 @@ from aidsr.core.calls import CallRecord, FailedAttempt, Message, Question
 from aidsr.core.errors import ModelError, UserError
 from aidsr.teams.providers import RetryPolicy, connect
 from aidsr.teams.providers.retry import TransientError, call_with_retries
+from aidsr.teams.providers.tokens import estimate_input_tokens
 from fake_clock import FakeClock
 from loopback import Act, Drop, Fail, Hang, Loopback, Raw, Say
 
@@ -96,7 +97,13 @@ def test_a_date_beyond_the_deadline_ends_the_call(fake_clock: FakeClock) -> None
 
 def test_an_attempt_without_reply_is_cut_off_and_tried_again(fake_clock: FakeClock) -> None:
     record = ask(fake_clock, Hang(), Say("ok"), attempt_timeout_s=0.2)
-    assert [attempt.error for attempt in record.failed_attempts] == ["no reply in time"]
+    (attempt,) = record.failed_attempts
+    assert attempt.error == "no reply in time"
+    assert (attempt.usage.input_tokens, attempt.usage.output_tokens, attempt.usage.tokens_estimated) == (
+        estimate_input_tokens(QUESTION), QUESTION.max_output_tokens, True,
+    ), "the model may have written the longest reply, which is billed"  # fmt: skip
+    assert attempt.usage.cost_usd is None, "an unknown price is not 0"
+    assert record.usage.output_tokens > QUESTION.max_output_tokens
 
 
 def test_attempts_are_bounded(fake_clock: FakeClock) -> None:

@@ -97,7 +97,7 @@ def design(
     if dry_run:
         return 0
     run = create_run(brief, config, level=level if brief.task else "", runs=runs, goal=goal or "")
-    code = follow_run(run, parts_of(run))
+    code = follow_run(run, parts_of(run, trust=True))
     return train_designs(run, steps=steps, seeds=seeds) if train and code == 0 else code
 
 

@@ -47,4 +47,4 @@ def resume(
     ):
         make_console().print("This run is already finished; nothing is repeated.\n")
     confirmed(partial(require_run_is_ours, found), trust)
-    return follow_run(found, parts_of(found))
+    return follow_run(found, parts_of(found, trust=True))

@@ -22,6 +22,7 @@ FREE = ("propose", "keep", "finish", "read")
 MEASURES = ("measure", "play", "probe", "train", "sweep")
 """Tools that measure a robot or a scene."""
 _MADE = re.compile(r"((?:robot|scene)_\d+):")
+_SKIPPED = re.compile(r"((?:robot|scene)_\d+) does not exist: this call made nothing\Z")
 
 
 class ToolRecord(Artifact):
@@ -49,6 +50,12 @@ class ToolRecord(Artifact):
         """Name of the robot or scene that the call made; "" if it made none."""
         found = _MADE.match(self.text) if self.outcome == "done" else None
         return found[1] if found else ""
+
+    @property
+    def named(self) -> str:
+        """Name that the call used up, by making a robot or a scene or by failing to; "" if it used up none."""
+        found = _SKIPPED.search(self.text)
+        return self.made or (found[1] if found else "")
 
     @property
     def headline(self) -> str:

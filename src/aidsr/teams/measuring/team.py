@@ -20,6 +20,9 @@ from aidsr.teams.measuring.session import Session
 from aidsr.teams.measuring.toolbox import Toolbox, ToolBudget
 from aidsr.tools import Job, Workspace
 
+_REPAIRED = "robot_1"
+"""Name of the robot to be repaired in the workspace of a session that repairs one."""
+
 
 def measuring_team(
     model: Model,
@@ -139,6 +142,7 @@ class _Roles:
     def _designed(self, brief: Brief, concept: Concept, robot: Robot | None, feedback: Feedback | None) -> Robot:
         workspace = self._workspace(brief)
         toolbox = Toolbox(workspace, self.folder, self.budget, self.pictures, explore=robot is None)
+        toolbox.remove_unrecorded(kept=(_REPAIRED,) if robot else ())
         start = render(
             "measuring_start",
             brief=brief,
@@ -158,7 +162,7 @@ class _Roles:
 
 def _first_robot(workspace: Workspace, robot: Robot) -> str:
     """Store the robot to be repaired as the first robot of a workspace, unless that was done, and return its name."""
-    return "robot_1" if (workspace.folder / "robot_1").is_dir() else workspace.add_robot(robot)
+    return _REPAIRED if (workspace.folder / _REPAIRED).is_dir() else workspace.add_robot(robot)
 
 
 def _words(feedback: Feedback | None) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -65,6 +65,16 @@ class Toolbox:
     def __post_init__(self) -> None:
         self._records = recorded_calls(self.folder)
         self._unused = list(self._records)
+
+    def remove_unrecorded(self, kept: Collection[str] = ()) -> None:
+        """Remove robots and scenes that no recorded call made: those of a call that was interrupted.
+
+        The call is carried out again; it and all later ones then make the names that they would have made.
+
+        Args:
+            kept: Names that no call made.
+        """
+        self.workspace.remove_except({*kept, *(record.named for record in self._records)})
 
     @property
     def tools(self) -> dict[str, Tool]:
@@ -176,7 +186,7 @@ class Toolbox:
         if not self.explore or self.spent:
             return ""
         left = self.exploration.unmeasured()
-        refines = name == "edit" and arguments.get("robot") in self.exploration.measured()
+        refines = name == "edit" and str(arguments.get("robot")) in self.exploration.measured()
         ends = name == "finish" and bool(arguments.get("scene"))
         if not left or not (refines or ends or name in ("sweep", "train")):
             return ""

@@ -7,7 +7,7 @@ import traceback
 from collections.abc import Iterable
 
 from aidsr.core.errors import ModelError, UserError
-from aidsr.teams.providers.retry import TransientError
+from aidsr.teams.providers.retry import NoReplyInTimeError, TransientError
 
 _READING_FUNCTIONS = frozenset({"_process_response", "_finish_response", "_from_response", "raw_decode"})
 """Functions in which pydantic-ai, the client libraries below it and `json` parse a reply. An error raised elsewhere is
@@ -45,7 +45,7 @@ def translate_error(error: Exception, name: str, key_variable: str, keys: Iterab
         case ai.ModelContextWindowExceededError():
             return ModelError(f"the prompt exceeds the context window of {name} ({detail})")
         case ai.ModelRequestTimeout() | ai.ModelTimeoutError() | TimeoutError():
-            return TransientError("no reply in time", cure=_TOO_SLOW)
+            return NoReplyInTimeError("no reply in time", cure=_TOO_SLOW)
         case ai.ModelConnectionError():
             return TransientError(f"connection failed: {detail} Check the address, and that the server is running")
         case ai.ModelRateLimitError():

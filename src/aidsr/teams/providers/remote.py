@@ -14,7 +14,7 @@ from aidsr.teams.providers.client_errors import encodable, redact, translate_err
 from aidsr.teams.providers.event_loop import run_coroutine
 from aidsr.teams.providers.prices import cost_usd, list_price_usd
 from aidsr.teams.providers.provider import Endpoint
-from aidsr.teams.providers.retry import TransientError, call_with_retries
+from aidsr.teams.providers.retry import NoReplyInTimeError, TransientError, call_with_retries
 from aidsr.teams.providers.tokens import estimate_input_tokens, estimate_tokens
 from aidsr.teams.providers.wire import MAX_REPLY_BYTES, Exchange, token_count, watched
 
@@ -140,7 +140,7 @@ class RemoteModel:
         if exchange.too_large:
             failure = TransientError(f"the reply has more than {MAX_REPLY_BYTES // 2**20} MiB")
         if isinstance(failure, TransientError):
-            failure.usage = self._billed(question, exchange)
+            failure.usage = self._billed(question, exchange, late=isinstance(failure, NoReplyInTimeError))
         if question.tools and (isinstance(failure, ModelError) or "tool" in str(failure)):
             failure = UserError(f"{failure}; the request had tools: if the model takes none, {_WITHOUT_TOOLS}")
         if isinstance(failure, ModelError) and any(message.pictures for message in question.messages):
@@ -178,14 +178,21 @@ class RemoteModel:
     def _keys(self) -> list[str]:
         return [key.get_secret_value() for key in self.endpoint.secrets]
 
-    def _billed(self, question: Question, exchange: Exchange) -> Usage:
-        """Return the billed usage of a reply that could not be read; no usage if it was not a reply of a model."""
+    def _billed(self, question: Question, exchange: Exchange, *, late: bool) -> Usage:
+        """Return the billed usage of a reply that could not be read; no usage if it was not a reply of a model.
+
+        A reply that was not even begun in time counts as the longest one: services bill what the model wrote, although
+        nobody waits for it any more.
+        """
         reported = exchange.reported_tokens()
-        if reported is None and not (exchange.cut_off or exchange.too_large):
+        unseen = late and exchange.sent and not exchange.status
+        if reported is None and not (exchange.cut_off or exchange.too_large or unseen):
             return Usage()
         tokens_in, tokens_out = reported or (
             estimate_input_tokens(question),
-            min(estimate_tokens(exchange.body.decode(errors="replace")), question.max_output_tokens),
+            question.max_output_tokens
+            if unseen
+            else min(estimate_tokens(exchange.body.decode(errors="replace")), question.max_output_tokens),
         )
         provider, known = self.endpoint.provider, self.endpoint.has_list_price
         price = (

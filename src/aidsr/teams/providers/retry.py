@@ -35,6 +35,10 @@ class TransientError(Exception):
         super().__init__(message)
 
 
+class NoReplyInTimeError(TransientError):
+    """The time limit of an attempt passed; the model may have written a reply, which is billed."""
+
+
 class RetryPolicy(BaseSettings):
     """Attempts, pauses and time limits; each has an environment variable: AIDSR_ followed by its name in capitals."""
 

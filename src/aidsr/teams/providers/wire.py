@@ -34,6 +34,8 @@ class Exchange:
     status: int = 0
     body: bytes = b""
     too_large: bool = False
+    sent: bool = False
+    """Whether the whole request was sent."""
 
     def reported_tokens(self) -> tuple[int, int] | None:
         """Return the input and output tokens that a reply without usable text reports; None if it reports none."""
@@ -82,7 +84,7 @@ def http_client() -> httpx2.AsyncClient:
         timeout=httpx2.Timeout(_TIMEOUT_S, connect=_CONNECT_S), limits=httpx2.Limits(max_keepalive_connections=0)
     )
     client.follow_redirects = False
-    client.event_hooks = {**client.event_hooks, "response": [_read_within_limit]}
+    client.event_hooks = {**client.event_hooks, "request": [_note_sent], "response": [_read_within_limit]}
     return client
 
 
@@ -101,6 +103,16 @@ def token_count(value: object) -> int:
 
 def _first_count(usage: dict[str, Any], *names: str) -> int:
     return next((token_count(usage[name]) for name in names if name in usage), 0)
+
+
+async def _note_sent(request: httpx2.Request) -> None:
+    """Have the connection record in the exchange when the whole request was sent."""
+    exchange = _exchange.get() or Exchange()
+
+    async def trace(event: str, _info: dict[str, Any]) -> None:
+        exchange.sent = exchange.sent or event.endswith(".send_request_body.complete")
+
+    request.extensions["trace"] = trace
 
 
 async def _read_within_limit(response: httpx2.Response) -> None:
