@@ -191,7 +191,7 @@ def test_it_ends_where_the_next_call_could_exceed_the_budget(tmp_path: Path, mon
             raise BudgetError("600 of 1,000 tokens are spent.", "tokens")
 
     monkeypatch.setattr(
-        generations, "parts_of", lambda run: parts(Refused() if run.asked().config.seed else Scripted())
+        generations, "parts_of", lambda run, **_how: parts(Refused() if run.asked().config.seed else Scripted())
     )
     lines: list[str] = []
     evolution = begun(tmp_path)
