@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from aidsr.learn.episodes.batch import Episodes
     from aidsr.learn.episodes.rollout import Policy
     from aidsr.learn.episodes.scene import TaskScene
-    from aidsr.learn.openloop.script import Script, ScriptPolicy
+    from aidsr.learn.openloop.script import Script
     from aidsr.tasks.readings import BoolArray
     from aidsr.tasks.variation import Variation
 
@@ -55,11 +55,11 @@ def play_variations(
         MjcfError: The scene cannot be loaded.
         IsolationError: Playing exceeded a limit.
     """
-    from aidsr.learn.openloop.script import parse_script
+    from aidsr.learn.openloop.script import parse_script, script_policy
 
     loaded, tracks = scene.load(), parse_script(script)
     played = [
-        record(loaded, _motion(loaded, tracks), variation=variation, seconds=seconds, distances=distances)
+        record(loaded, script_policy(loaded, tracks), variation=variation, seconds=seconds, distances=distances)
         for variation in variations
     ]
     won = [one.variation for one in played if one.succeeded]
@@ -67,12 +67,6 @@ def play_variations(
         return tuple(played)
     found = dict(zip(won, _played_again(loaded, tracks, won), strict=True))
     return tuple(one.model_copy(update=found.get(one.variation, {})) for one in played)
-
-
-def _motion(scene: TaskScene, tracks: Script) -> ScriptPolicy:
-    """Return a policy that plays a script in a scene from its start."""
-    names = [group.name for group in scene.actions.groups]
-    return tracks.played_by(names, scene.actions.rest, scene.task.control_dt_s)
 
 
 @isolated(limits=_POLICY_LIMITS, prepare=("aidsr.learn.rl.trained",))
@@ -114,12 +108,13 @@ def _played_again(scene: TaskScene, tracks: Script, won: Sequence[int]) -> list[
     from aidsr.core.formatting import format_check
     from aidsr.learn.episodes.policy_checks import Replays, episode_checks, rollout_with_stats, scene_checks
     from aidsr.learn.episodes.rollout import Constant
+    from aidsr.learn.openloop.script import script_policy
     from aidsr.sim.deactivate import other_actuators, with_locked_soft_body, without_cables, without_other_actuators
     from aidsr.sim.numerics import at_half_the_time_step, with_other_integrators
     from aidsr.sim.structure import read_structure
 
     structure = read_structure(scene.model)
-    moving, uncorrected = scene.with_base(_motion(scene, tracks)), Constant(np.zeros(scene.actions.size))
+    moving, uncorrected = scene.with_base(script_policy(scene, tracks)), Constant(np.zeros(scene.actions.size))
     rolled = rollout_with_stats(moving, uncorrected, won, threads=1, split="development")
     replays = Replays(moving, uncorrected, rolled.variations, threads=1)
 
