@@ -26,12 +26,12 @@ from aidsr.runs.trainings import Training, trainings_of
 if TYPE_CHECKING:
     from aidsr.core.config import Protocol
     from aidsr.learn.episodes.actions import Grouping
+    from aidsr.learn.episodes.policy_checks import EvaluationPoint
     from aidsr.learn.episodes.scene import TaskScene
     from aidsr.learn.openloop import ProbeReport
     from aidsr.learn.openloop.film import Film
     from aidsr.learn.openloop.probe_scene import ProbePoint
     from aidsr.learn.rl.curve_point import CurvePoint
-    from aidsr.learn.rl.evaluation import EvaluationPoint
     from aidsr.learn.rl.recipe import Recipe
     from aidsr.loop.export import Exported
     from aidsr.tasks import Level, Split, Task

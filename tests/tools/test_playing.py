@@ -215,13 +215,14 @@ def test_commands_beyond_the_range_are_told_as_cut_off(tmp_path: Path) -> None:
     assert "cut off" not in play_once(cart(tmp_path, 9.0), "drive: mean -0.4 amplitude 0.6 hz 1", seconds=1.0).text()
 
 
-def arm_that_reaches(folder: Path, flag: str, within_m: float = 0.03, hold_s: float = 0.2) -> MeasuredScene:
+def arm_that_reaches(
+    folder: Path, flag: str, within_m: float = 0.03, hold_s: float = 0.2, things: str = ""
+) -> MeasuredScene:
     """The small arm, and a place that its tip is to come to: at 0 0 0.398, under one cable at 0.15 0 0.108."""
     goal = folder / "goal.toml"
     goal.write_text(f'kind = "reach"\ntarget = "flag"\nwithin_m = {within_m}\nhold_s = {hold_s}\ntime_limit_s = 2\n')
-    environment = (
-        f'<mujoco><worldbody><site name="mount" pos="0 0 0.1"/><site name="flag" pos="{flag}"/></worldbody></mujoco>'
-    )
+    places = f'<site name="mount" pos="0 0 0.1"/><site name="flag" pos="{flag}"/>'
+    environment = f"<mujoco><worldbody>{places}{things}</worldbody></mujoco>"
     robot, placement = Robot(mjcf=small_arm(), functional_part="tip"), Placement(mount="mount", base="fixed")
     sensors = goal_task(read_goal(goal), environment).sensors
     return MeasuredScene(mjcf=assemble(robot, environment, placement, sensors).mjcf, goal=goal)
@@ -260,12 +261,24 @@ def test_a_success_that_one_of_the_other_integrators_denies_is_not_fragile(tmp_p
 
 def test_a_success_without_cables_says_why_it_is_not_valid(tmp_path: Path) -> None:
     found = play_once(arm_that_reaches(tmp_path, "0 0 0.38"), "pull_left: -1\npull_right: -1")
-    assert found.not_valid == (
+    assert found.not_valid is not None
+    *first, still = found.not_valid
+    assert first == [
         "the same motion succeeds with every cable slack",
         "the same motion succeeds with the joints of the soft body locked",
-    )
+    ]
+    assert "0 of the robot's length (at least 0.02)" in still
     assert "no valid policy wins so" in found.text()
     assert "not valid" in found.phase, "rows of several variations say so too"
+
+
+def test_a_success_by_passing_through_something_is_not_valid(tmp_path: Path) -> None:
+    mist = '<geom name="mist" type="sphere" size="0.04" pos="0.075 0 0.2" solref="-0.1 -0.01"/>'
+    found = play_once(arm_that_reaches(tmp_path, "0.15 0 0.108", things=mist), "pull_left: 1\npull_right: -1")
+    assert found.succeeded
+    (deep,) = found.not_valid or ()
+    assert deep.startswith("how deep the robot overlaps itself or anything else")
+    assert f"no valid policy wins so: {deep}" in found.text().splitlines()
 
 
 def test_a_success_by_other_actuators_says_that_it_fails_without_them(tmp_path: Path) -> None:

@@ -193,7 +193,7 @@ def test_a_motion_as_a_script_does_the_same_and_is_written_as_it_is_played() -> 
     scripts = Scripts.of(motion(amplitude=0.2, phase_rad=0.5), horizon_s=2.0)
     assert scripts.times_s.size == WAYPOINTS
     names = ["robot/drive", "robot/turn"]
-    policy = parse_script(scripts.text(names)).played_by(names, [0.0, 0.0])
+    policy = parse_script(scripts.text(names)).played_by(names, [0.0, 0.0], 0.04)
     for time_s in (0.0, 0.3, 1.9, 5.0):
         assert policy.at(time_s) == pytest.approx(scripts.at(time_s)[0], abs=0.005)
 

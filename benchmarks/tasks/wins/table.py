@@ -19,7 +19,7 @@ from benchmarks.tasks.wins.scripts import SCRIPTS
 
 from aidsr.core.provenance import commit
 from aidsr.learn.episodes.plausibility import FEWEST_SUCCESSES
-from aidsr.learn.rl.evaluation import body_checks, rollout_with_stats
+from aidsr.learn.episodes.policy_checks import body_checks, rollout_with_stats
 from aidsr.tasks import BENCHMARK_VERSION, load_task
 from aidsr.validation import validate
 

@@ -20,6 +20,13 @@ Vec3 = tuple[float, float, float]
 Role = Literal["designer", "coder", "integrator", "judge"]
 Base = Literal["fixed", "free", "moving", "any"]
 Layer = Literal["load", "structure", "scope", "simulate", "realizability"]
+MOUNTS: dict[Base, Literal["auto", "fixed", "free"]] = {
+    "fixed": "fixed",
+    "moving": "fixed",
+    "free": "free",
+    "any": "auto",
+}
+"""Mount of a robot alone in validation and measurement, by the base of its job."""
 
 
 class Artifact(BaseModel):

@@ -6,9 +6,9 @@ Every step is named after the file it writes and is skipped if that file exists,
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 from aidsr.core.artifacts import (
+    MOUNTS,
     Brief,
     Concept,
     Critique,
@@ -29,12 +29,6 @@ from aidsr.loop.routing import Change, after_critique, after_scene_faults, after
 from aidsr.loop.steps import Steps
 from aidsr.runs import EventLog, IterationFolder
 from aidsr.runs.events import Repaired
-
-if TYPE_CHECKING:
-    from aidsr.validation.validator import Mount
-
-_MOUNT: dict[str, Mount] = {"fixed": "fixed", "moving": "fixed", "free": "free", "any": "auto"}
-"""How a robot alone is mounted while it is validated, by the base of its task."""
 
 
 @dataclass(frozen=True)
@@ -159,7 +153,7 @@ class Iteration:
             self.folder.robot_report,
             lambda: self.parts.validate(
                 robot.mjcf,
-                mount=_MOUNT[self.brief.base],
+                mount=MOUNTS[self.brief.base],
                 needs_contact=self.brief.needs_contact,
                 environment=self.brief.environment,
             ),

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from aidsr.core.artifacts import ActuatorGroup, Brief, Placement, Robot, Scene, ValidationReport
+from aidsr.core.artifacts import MOUNTS, ActuatorGroup, Brief, Placement, Robot, Scene, ValidationReport
 from aidsr.core.errors import AidsrError, ReplyError, UserError
 from aidsr.core.formatting import format_number
 from aidsr.fixes.engine import fix as fix_mjcf
@@ -23,7 +23,7 @@ from aidsr.teams.llm.replies import MAX_CHARACTERS, check_groups, check_part
 from aidsr.tools.motions import controls, scene_facts
 from aidsr.tools.scene import MeasuredScene
 from aidsr.tools.tool import MOST_LINES, Result
-from aidsr.tools.workspace import MOUNTS, Workspace, is_own
+from aidsr.tools.workspace import Workspace, is_own
 from aidsr.validation import validate as validate_mjcf
 from aidsr.validation.validator import Mount
 

@@ -56,11 +56,10 @@ def controls(scene: MeasuredScene, script: str, seconds: float) -> Controls:
     """
     import numpy as np
 
-    from aidsr.learn.openloop.script import parse_script
+    from aidsr.learn.openloop.script import script_policy
 
     loaded = scene.load()
-    names = [group.name for group in loaded.actions.groups]
-    policy = parse_script(script).played_by(names, loaded.actions.rest, loaded.task.control_dt_s)
+    policy = script_policy(loaded, script)
     steps = max(1, round(seconds / loaded.task.control_dt_s))
     actions = np.array([policy.at(step * loaded.task.control_dt_s) for step in range(steps)])
     rows = np.zeros((steps, loaded.model.nu))

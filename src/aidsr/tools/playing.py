@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from aidsr.learn.episodes.batch import Episodes
     from aidsr.learn.episodes.rollout import Policy
     from aidsr.learn.episodes.scene import TaskScene
-    from aidsr.learn.openloop.script import Script, ScriptPolicy
+    from aidsr.learn.openloop.script import Script
     from aidsr.tasks.readings import BoolArray
     from aidsr.tasks.variation import Variation
 
@@ -38,9 +38,10 @@ def play_variations(
 ) -> tuple[Recording, ...]:
     """Play a script from the start of one episode of each variation and return the recordings.
 
-    Successful episodes are repeated with the tests that `aidsr evaluate` uses for the verdict "valid": with slack
-    cables, with a locked soft body, without other actuators, at half the time step, and with another integrator. Each
-    test runs all these episodes as one batch.
+    Successful episodes are checked as `aidsr evaluate` does for the verdict "valid": scope, start and functional part
+    of the robot; divergence, motion, energy, joint ranges and overlap of the episode; and whether it succeeds with
+    slack cables, with a locked soft body, without other actuators, at half the time step, and with another integrator.
+    Each test runs all these episodes as one batch.
 
     Args:
         scene: The scene.
@@ -54,24 +55,18 @@ def play_variations(
         MjcfError: The scene cannot be loaded.
         IsolationError: Playing exceeded a limit.
     """
-    from aidsr.learn.openloop.script import parse_script
+    from aidsr.learn.openloop.script import parse_script, script_policy
 
     loaded, tracks = scene.load(), parse_script(script)
     played = [
-        record(loaded, _motion(loaded, tracks), variation=variation, seconds=seconds, distances=distances)
+        record(loaded, script_policy(loaded, tracks), variation=variation, seconds=seconds, distances=distances)
         for variation in variations
     ]
     won = [one.variation for one in played if one.succeeded]
     if not won:
         return tuple(played)
-    found = dict(zip(won, _played_again(loaded, tracks, won, seconds), strict=True))
+    found = dict(zip(won, _played_again(loaded, tracks, won), strict=True))
     return tuple(one.model_copy(update=found.get(one.variation, {})) for one in played)
-
-
-def _motion(scene: TaskScene, tracks: Script) -> ScriptPolicy:
-    """Return a policy that plays a script in a scene from its start."""
-    names = [group.name for group in scene.actions.groups]
-    return tracks.played_by(names, scene.actions.rest, scene.task.control_dt_s)
 
 
 @isolated(limits=_POLICY_LIMITS, prepare=("aidsr.learn.rl.trained",))
@@ -106,22 +101,25 @@ def _episodes(
     return episodes
 
 
-def _played_again(
-    scene: TaskScene, tracks: Script, won: Sequence[int], seconds: float
-) -> list[dict[str, tuple[str, ...]]]:
-    """Test a script's successes; return the fields `not_valid` and `fragile` of the recording of each variation."""
+def _played_again(scene: TaskScene, tracks: Script, won: Sequence[int]) -> list[dict[str, tuple[str, ...]]]:
+    """Check a script's successes; return the fields `not_valid` and `fragile` of the recording of each variation."""
     import numpy as np
 
-    from aidsr.learn.episodes.rollout import rollout
+    from aidsr.core.formatting import format_check
+    from aidsr.learn.episodes.policy_checks import Replays, episode_checks, rollout_with_stats, scene_checks
+    from aidsr.learn.episodes.rollout import Constant
+    from aidsr.learn.openloop.script import script_policy
     from aidsr.sim.deactivate import other_actuators, with_locked_soft_body, without_cables, without_other_actuators
     from aidsr.sim.numerics import at_half_the_time_step, with_other_integrators
     from aidsr.sim.structure import read_structure
 
-    chosen, structure = [scene.task.variation("development", index) for index in won], read_structure(scene.model)
+    structure = read_structure(scene.model)
+    moving, uncorrected = scene.with_base(script_policy(scene, tracks)), Constant(np.zeros(scene.actions.size))
+    rolled = rollout_with_stats(moving, uncorrected, won, threads=1, split="development")
+    replays = Replays(moving, uncorrected, rolled.variations, threads=1)
 
     def wins(model: MjModel) -> BoolArray:
-        episodes = _episodes(scene, model, chosen, seconds)
-        return rollout(episodes, _motion(scene, tracks)).success
+        return replays.play(model).success
 
     others = other_actuators(structure)
     found = [
@@ -142,11 +140,14 @@ def _played_again(
         ("at half the time step", ~wins(at_half_the_time_step(scene.model))),
         ("with another integrator", ~otherwise),
     ]
-    fields = {"not_valid": found, "fragile": lost}
-    return [
-        {name: tuple(clause for clause, holds in those if holds[row]) for name, those in fields.items()}
-        for row in range(len(won))
-    ]
+    of_robot = scene_checks(scene)
+    told = []
+    for row, index in enumerate(won):
+        checks = [*of_robot, *episode_checks(moving, rolled.alone(row), [index])]
+        failed = [f"{check.message}: {format_check(check)}" for check in checks if not check.passed]
+        not_valid = [*(clause for clause, holds in found if holds[row]), *failed]
+        told.append({"not_valid": tuple(not_valid), "fragile": tuple(clause for clause, holds in lost if holds[row])})
+    return told
 
 
 def record(

@@ -66,7 +66,7 @@ def probe_motions(
     from aidsr.learn.openloop import probe_scene
     from aidsr.learn.openloop.motion_search import ALL_KINDS
     from aidsr.learn.openloop.probe_scene import STEPS_PER_S
-    from aidsr.learn.openloop.script import parse_script, script_of
+    from aidsr.learn.openloop.script import script_of, script_policy
     from aidsr.tools.playing import record
 
     if not 1 <= len(set(seeds)) == len(seeds) <= _MOST_SEEDS:
@@ -90,10 +90,7 @@ def probe_motions(
     progress = np.array([report.progress for report in reports])
     best = reports[int(progress.argmax())].best
     script = script_of(best.motion)
-    policy = parse_script(script).played_by(
-        [group.name for group in loaded.actions.groups], loaded.actions.rest, loaded.task.control_dt_s
-    )
-    again = record(loaded, policy, variation=best.episode.variation)
+    again = record(loaded, script_policy(loaded, script), variation=best.episode.variation)
     figures = (
         Figure(name=MEAN_PROGRESS, value=float(progress.mean())),
         Figure(name="least", value=float(progress.min())),

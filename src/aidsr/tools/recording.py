@@ -130,7 +130,7 @@ class Recording(Artifact):
     commands: tuple[str, ...] = ()
     """Lines on groups that the script does not name, and on actuators of the environment that it cannot command."""
     not_valid: tuple[str, ...] | None = None
-    """Reasons why cables and soft body are not what achieves this success, in clauses; None where not tested."""
+    """Reasons why a policy that succeeds so is not valid, in clauses; None where not tested."""
     fragile: tuple[str, ...] = ()
     """Numerical variants of the same physics in which the same motion fails, in clauses."""
 
@@ -251,7 +251,7 @@ class Recording(Artifact):
         if self.not_valid is None:
             return []
         if self.not_valid:
-            told = f"cables and soft body do not do this, so no valid policy wins so: {' and '.join(self.not_valid)}"
+            told = f"no valid policy wins so: {' and '.join(self.not_valid)}"
         else:
             told = "with slack cables or a locked soft body the same motion fails, as it must for a valid policy"
         return [told, *([f"{_DELICATE}: computed {' and '.join(self.fragile)} it fails"] if self.fragile else [])]
@@ -325,8 +325,8 @@ def validity_in_words(played: Sequence[Recording]) -> str:
     )
     told = ", ".join(f"{word} in {', '.join(those)}" for word, those in groups if those)
     line += (
-        f". A policy that does the same would be {told}: each that was won is played again with slack cables, with a "
-        "locked soft body, and without other actuators"
+        f". A policy that does the same would be {told}: each that was won is checked for overlap, energy and joint "
+        "ranges, and played again with slack cables, with a locked soft body, and without other actuators"
     )
     ways = sorted({how for one in won for how in one.fragile})
     if not ways:

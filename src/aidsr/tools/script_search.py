@@ -18,7 +18,7 @@ from aidsr.learn.episodes.rollout import EpisodeOutcomes, rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop.fitness import fitness_of
 from aidsr.learn.openloop.motion import Motion, Motions
-from aidsr.learn.openloop.script import ScriptPolicy, parse_script
+from aidsr.learn.openloop.script import script_policy
 from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.tasks import Variation
 from aidsr.tasks.readings import FloatArray
@@ -138,12 +138,6 @@ class FoundScript:
     script: str
     episode: EpisodeResult
     tried: int
-
-
-def script_policy(scene: TaskScene, script: str) -> ScriptPolicy:
-    """Return the policy that plays a script in a scene."""
-    names = [group.name for group in scene.actions.groups]
-    return parse_script(script).played_by(names, scene.actions.rest, scene.task.control_dt_s)
 
 
 def search_script(

@@ -255,10 +255,10 @@ def _attributed(
         some: Whether any of the searches reached the required result.
     """
     from aidsr.learn.openloop.failure_attribution import attribute_failure
+    from aidsr.learn.openloop.script import script_policy
     from aidsr.learn.openloop.trace import trace
     from aidsr.tasks.targets import targets_of
     from aidsr.tools.playing import record
-    from aidsr.tools.script_search import script_policy
 
     tried = attempts[-1].variation
     seen = trace(

@@ -15,7 +15,7 @@ from typing import Literal
 from pydantic_core import from_json, to_json
 
 from aidsr.core.arguments import check_type
-from aidsr.core.artifacts import ActuatorGroup, Artifact, Base, Brief, Placement, Robot, Scene
+from aidsr.core.artifacts import MOUNTS, ActuatorGroup, Artifact, Brief, Placement, Robot, Scene
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import excerpt
 from aidsr.runs.folders import DesignFolder, Run
@@ -23,13 +23,6 @@ from aidsr.runs.status import newest
 from aidsr.tasks import Level, Task, goal_task, load_task, read_goal
 from aidsr.tools.scene import MeasuredScene
 
-MOUNTS: dict[Base, Literal["auto", "fixed", "free"]] = {
-    "fixed": "fixed",
-    "moving": "fixed",
-    "free": "free",
-    "any": "auto",
-}
-"""Mount of a robot alone in validation and measurement, by the base of its job."""
 _MJCF = {
     "robot": ("robot.xml", "validate the robot"),
     "scene": ("scene.xml", "assemble the scene"),

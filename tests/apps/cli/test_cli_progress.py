@@ -16,8 +16,8 @@ from aidsr.core.artifacts import Decision, EpisodeResult, Evaluation
 from aidsr.core.calls import Usage
 from aidsr.core.errors import ModelError, UserError
 from aidsr.core.formatting import counted, format_cost, format_duration, format_time_left
+from aidsr.learn.episodes.policy_checks import EvaluationPoint
 from aidsr.learn.rl.callbacks import CurvePoint
-from aidsr.learn.rl.evaluation import EvaluationPoint
 from aidsr.learn.rl.recipe import PROTOCOLS, recipe_of
 from aidsr.loop.human import DecisionFile
 from aidsr.loop.runner import run_designs

@@ -13,7 +13,7 @@ REST = np.array([-1.0, -1.0, 0.0])
 
 
 def actions(text: str, *times_s: float) -> np.ndarray:
-    policy = parse_script(text).played_by(GROUPS, REST)
+    policy = parse_script(text).played_by(GROUPS, REST, 0.04)
     return np.array([policy.at(time_s) for time_s in times_s])
 
 

@@ -10,8 +10,8 @@ pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 from aidsr.core.artifacts import Placement, Robot
 from aidsr.core.formatting import format_check
 from aidsr.learn.episodes.plausibility import necessity_check, part_check, start_check
+from aidsr.learn.episodes.policy_checks import body_checks, rollout_with_stats
 from aidsr.learn.episodes.scene import TaskScene
-from aidsr.learn.rl.evaluation import body_checks, rollout_with_stats
 from aidsr.mjcf.compile import compile_mjcf
 from aidsr.sim.assembly import assemble
 from aidsr.sim.structure import read_structure

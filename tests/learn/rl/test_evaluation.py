@@ -25,6 +25,7 @@ from aidsr.core.config import VERDICT_EPISODES
 from aidsr.core.ends import evaluation_in_words
 from aidsr.core.errors import UserError
 from aidsr.core.storage_errors import StorageError
+from aidsr.learn.episodes import policy_checks
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.episode_stats import RECORDED, EpisodeStats, StatsRecorder
 from aidsr.learn.episodes.plausibility import (
@@ -35,9 +36,9 @@ from aidsr.learn.episodes.plausibility import (
     structure_check,
     training_check,
 )
+from aidsr.learn.episodes.policy_checks import rollout_with_stats
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl import evaluation
-from aidsr.learn.rl.evaluation import rollout_with_stats
 from aidsr.learn.rl.pictures import curve_picture, varied_mjcf
 from aidsr.learn.rl.trained import FinishedTraining, evaluate_training
 from aidsr.learn.rl.training import train
@@ -111,7 +112,7 @@ def test_other_physics_is_half_the_time_step_and_another_integrator_with_all_els
                 made.append((option.timestep, option.integrator, round(control_s, 9), self.smoothing))
 
     scene, variants = small_learning(), {"DISCRETE": "IMPLICITFAST", "IMPLICITFAST": "DISCRETE"}
-    monkeypatch.setattr(evaluation, "Episodes", Noted)
+    monkeypatch.setattr(policy_checks, "Episodes", Noted)
     for own, other in variants.items():
         own, other = (int(getattr(mujoco.mjtIntegrator, f"mjINT_{name}")) for name in (own, other))
         scene.model.opt.integrator = own
@@ -124,7 +125,7 @@ def test_other_physics_is_half_the_time_step_and_another_integrator_with_all_els
 def test_where_one_integrator_denies_a_success_the_next_decides_and_both_are_told(monkeypatch):
     scene = small_learning()
     slack, same = without_cables(scene.model, read_structure(scene.model)), copy.copy(scene.model)
-    monkeypatch.setattr(evaluation, "with_other_integrators", lambda _model: {"one": slack, "two": same})
+    monkeypatch.setattr(policy_checks, "with_other_integrators", lambda _model: {"one": slack, "two": same})
     verdict, _ = evaluate(scene, BENDING, threads=1)
     check = named(verdict)["survives_other_integrator"]
     assert (check.passed, check.measured) == (True, 1.0)
@@ -132,7 +133,7 @@ def test_where_one_integrator_denies_a_success_the_next_decides_and_both_are_tol
         '20 episodes succeed with the integrator "two", 20 without that; 0 episodes succeed with the integrator "one", '
         "20 without that"
     )
-    monkeypatch.setattr(evaluation, "with_other_integrators", lambda _model: {"one": slack, "two": slack})
+    monkeypatch.setattr(policy_checks, "with_other_integrators", lambda _model: {"one": slack, "two": slack})
     verdict, _ = evaluate(scene, BENDING, threads=1)
     assert not named(verdict)["survives_other_integrator"].passed
 
@@ -301,7 +302,7 @@ def test_a_simulation_that_breaks_down_is_not_valid():
 
 
 def test_only_the_simulation_that_breaks_down_ends_by_it(monkeypatch):
-    monkeypatch.setattr(evaluation, "Episodes", Breaking)
+    monkeypatch.setattr(policy_checks, "Episodes", Breaking)
     rolled = rollout_with_stats(small_learning(), STILL, range(3), threads=1)
     assert rolled.outcomes.diverged.tolist() == [False, True, False]
     ends = [rolled.outcomes.result(row, row).ended for row in range(3)]

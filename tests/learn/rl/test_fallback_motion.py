@@ -13,7 +13,7 @@ import torch
 from aidsr.learn.episodes import overlap_meter, plausibility
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import rollout
-from aidsr.learn.openloop.script import parse_script
+from aidsr.learn.openloop.script import script_policy
 from aidsr.learn.rl import fallback_motion, training
 from aidsr.learn.rl.fallback_motion import find_fallback_motion
 from aidsr.learn.rl.policy import TrainedPolicy
@@ -84,7 +84,7 @@ def test_a_motion_that_wins_in_variations_it_was_not_searched_in_is_found():
     found = find_fallback_motion(scene, seed=0, threads=1)
     assert found.share >= 0.95
     assert found.failed_checks == ()
-    parse_script(found.script).played_by([group.name for group in scene.actions.groups], scene.actions.rest)
+    script_policy(scene, found.script)
     assert found.steps > found.report.simulated_s / QuickPushing.control_dt_s, "the other variations are counted"
 
 

@@ -9,7 +9,7 @@ pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
 from aidsr.core.artifacts import Evaluation
 from aidsr.core.provenance import processor, versions_of
-from aidsr.learn.rl.evaluation import Replays
+from aidsr.learn.episodes.policy_checks import Replays
 from aidsr.learn.rl.policy import one_torch_thread
 from aidsr.learn.rl.trained import FinishedTraining
 from aidsr.tasks import is_current

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from aidsr.api import DesignedScene
     from aidsr.core.rates import Rate
     from aidsr.learn.episodes.actions import Grouping
+    from aidsr.learn.episodes.policy_checks import EvaluationPoint
     from aidsr.learn.rl.curve_point import CurvePoint
-    from aidsr.learn.rl.evaluation import EvaluationPoint
     from aidsr.learn.rl.recipe import Recipe
     from aidsr.runs import Run
 

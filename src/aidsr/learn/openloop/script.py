@@ -14,6 +14,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,9 @@ from aidsr.core.text_files import read_text_file
 from aidsr.learn.openloop.motion import Motion
 from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.tasks.readings import FloatArray
+
+if TYPE_CHECKING:
+    from aidsr.learn.episodes.scene import TaskScene
 
 GRAMMAR = """\
 A line "group: ..." for each group, "*" for all without a line of their own; what has none, of the environment too, \
@@ -79,7 +83,7 @@ class Script:
 
     tracks: dict[str, Track]
 
-    def played_by(self, groups: Sequence[str], rest: FloatArray, control_dt_s: float = 0.04) -> ScriptPolicy:
+    def played_by(self, groups: Sequence[str], rest: FloatArray, control_dt_s: float) -> ScriptPolicy:
         """Return a policy that plays the script.
 
         Args:
@@ -149,6 +153,21 @@ class ScriptPolicy:
     def at(self, time_s: FloatArray | float) -> FloatArray:
         """Return the action at a time, (k,), or at several, (n,) -> (n, k)."""
         return np.stack([track.at(time_s) for track in self._tracks], axis=-1)
+
+
+def script_policy(scene: TaskScene, script: str | Script) -> ScriptPolicy:
+    """Return a policy that plays a script in a scene from the start of an episode.
+
+    Args:
+        scene: The scene.
+        script: The script, or its text.
+
+    Raises:
+        UserError: The text is not a script, or names a group that the scene does not have.
+    """
+    read = parse_script(script) if isinstance(script, str) else script
+    names = [group.name for group in scene.actions.groups]
+    return read.played_by(names, scene.actions.rest, scene.task.control_dt_s)
 
 
 def read_script(path: Path) -> str:

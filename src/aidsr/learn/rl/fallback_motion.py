@@ -113,7 +113,7 @@ def record_fallback_motion(
 
 def _failed_checks(scene: TaskScene, script: str, numbers: range, threads: int) -> tuple[str, ...]:
     """Return the names of an evaluation's checks by which a motion is implausible in some development variations."""
-    from aidsr.learn.rl.evaluation import motion_checks, rollout_with_stats  # it imports the training
+    from aidsr.learn.episodes.policy_checks import motion_checks, rollout_with_stats
 
     moving = Recipe(algorithm="sac").beginning_with(script).acting_in(scene)
     uncorrected = Constant(np.zeros(scene.actions.size))

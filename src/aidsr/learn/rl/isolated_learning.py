@@ -14,8 +14,8 @@ from typing import Literal
 
 from aidsr.core.artifacts import ActuatorGroup, Evaluation, Placement, Robot
 from aidsr.learn.episodes.actions import Grouping
+from aidsr.learn.episodes.policy_checks import EvaluationPoint
 from aidsr.learn.rl.curve_point import CurvePoint
-from aidsr.learn.rl.evaluation import EvaluationPoint
 from aidsr.learn.rl.recipe import Recipe
 from aidsr.sandbox.isolated import isolated
 from aidsr.sandbox.limits import Limits
@@ -163,8 +163,8 @@ def run_policy(folder: Path, robot: Robot, environment: str, placement: Placemen
         UserError: There is no finished training, or the scene does not belong to its task.
         MjcfError: The robot cannot be loaded or placed.
     """
+    from aidsr.learn.episodes.policy_checks import Replays
     from aidsr.learn.episodes.scene import TaskScene
-    from aidsr.learn.rl.evaluation import Replays
     from aidsr.learn.rl.policy import one_torch_thread
     from aidsr.learn.rl.trained import FinishedTraining
     from aidsr.sim.assembly import assemble

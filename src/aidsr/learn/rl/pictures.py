@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from aidsr.core.plots import png_plot
+from aidsr.learn.episodes.policy_checks import EvaluationRollout
 from aidsr.learn.episodes.varied_mjcf import varied_mjcf
-from aidsr.learn.rl.evaluation import EvaluationRollout
 from aidsr.render.pictures import video
 
 if TYPE_CHECKING:

@@ -176,14 +176,12 @@ class Recipe(Artifact):
         Raises:
             UserError: The script cannot be read, or names a group that the scene does not have.
         """
-        from aidsr.learn.openloop.script import parse_script
+        from aidsr.learn.openloop.script import script_policy
 
         held = scene.with_hold(self.hold_steps)
         if not self.script:
             return held
-        names = [group.name for group in scene.actions.groups]
-        played = parse_script(self.script).played_by(names, scene.actions.rest, scene.task.control_dt_s)
-        return held.with_base(played, self.correction)
+        return held.with_base(script_policy(scene, self.script), self.correction)
 
     def learning_rate_when(self, left: float) -> float:
         """Return the learning rate for the remaining share of the budget, below 0 in a rollout beyond the budget."""

@@ -15,10 +15,10 @@ from aidsr.learn.episodes.actions import Grouping
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.spaces import action_space, observation_space
+from aidsr.learn.rl.training import DEVELOPMENT
 from aidsr.tasks import TASKS, Level, Task, task_names
 
 _Observation = NDArray[np.float32]
-_SEEDS = 2**31
 
 
 class TaskEnv(gymnasium.Env[_Observation, NDArray[np.float32]]):
@@ -77,7 +77,7 @@ class TaskEnv(gymnasium.Env[_Observation, NDArray[np.float32]]):
             options: {"variation": index} selects a variation.
         """
         super().reset(seed=seed)
-        sampled = int(self.np_random.integers(_SEEDS))
+        sampled = int(self.np_random.integers(DEVELOPMENT))
         index = (options or {}).get("variation", sampled)
         observation = self.episodes.reset(np.array([0]), [self.scene.task.variation(self.split, index)])
         return observation[0], {"variation": index}

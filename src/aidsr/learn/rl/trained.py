@@ -12,8 +12,9 @@ from aidsr.core.artifacts import Evaluation
 from aidsr.core.config import VERDICT_EPISODES
 from aidsr.core.errors import UserError
 from aidsr.core.plain_tree import require_plain_tree
+from aidsr.learn.episodes.policy_checks import EvaluationPoint, EvaluationRollout
 from aidsr.learn.episodes.scene import TaskScene, read_mjcf_text
-from aidsr.learn.rl.evaluation import EvaluationPoint, EvaluationRollout, evaluate
+from aidsr.learn.rl.evaluation import evaluate
 from aidsr.learn.rl.policy import TrainedPolicy, one_torch_thread
 from aidsr.learn.rl.robustness import perturbed_episodes
 from aidsr.learn.rl.training_config import TrainingConfig

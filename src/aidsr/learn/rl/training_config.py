@@ -54,11 +54,6 @@ class TrainingConfig(Artifact):
     beaten: Stopped | None = None
     """Why the learning ended whose policy did not beat the motion; None if it beat it, or nothing was learned."""
 
-    @property
-    def plays_the_motion(self) -> bool:
-        """Whether the policy is that motion."""
-        return bool(self.motion) and self.recipe.script == self.motion
-
     def with_the_motion(self) -> TrainingConfig:
         """Return the settings of a policy that plays the motion."""
         return self.model_copy(update={"recipe": self.recipe.model_copy(update={"script": self.motion})})
