@@ -293,6 +293,30 @@ def test_motors_that_push_only_pull_afterwards() -> None:
     assert 'ctrlrange="-20 0"' in fixed("tendon_pushes", text=motor)
 
 
+@pytest.mark.parametrize(
+    ("servo", "wanted"),
+    [
+        ('kp="200" ctrlrange="0.1 0.2"', "-2.361 0"),
+        ('kp="200" ctrlrange="0.2 0.3"', None),
+        ('kp="200" ctrlrange="0.1 0.2" forcerange="-20 40"', "-20 0"),
+        ('kp="200" ctrlrange="-0.2 -0.1" gear="-1" forcerange="-40 20"', "0 20"),
+    ],
+)
+def test_servos_that_push_only_pull_afterwards(servo: str, wanted: str | None) -> None:
+    root = parse(classy(f"position {servo}"))
+    assert bool(list(strength.pull_only(root, Request(fault("tendon_pushes", "p"))))) == bool(wanted)
+    assert root.find("actuator")[0].get("forcerange") == wanted
+
+
+def test_the_commonest_pushing_servo_is_cured() -> None:
+    servo = swapped(
+        r'<motor (name="\w+" tendon="\w+")[^>]*/>', r'<position \1 kp="500" kv="5" ctrlrange="0.1 0.14"/>', EXAMPLE_ARM
+    )
+    report = validate(servo)
+    assert "tendon_pushes" in {fault.code for fault in report.errors}
+    assert not validate(fix(servo, report.errors).mjcf).errors
+
+
 def test_fixes_grow_harder_until_none_is_left() -> None:
     text, said = arm(), []
     for _ in range(30):
