@@ -292,7 +292,7 @@ def _forbid_pushing(root: Element, servo: Element) -> bool:
             return False
         limit_n = -limits_n[0] if limits_n[0] < 0 else limits_n[1]
     else:
-        pull = read_pull(root, [servo.get("name") or servo.get("tendon", "")])
+        pull = read_pull(root, [servo.get("name") or servo.get("tendon") or ""])
         limit_n = float(f"{pull.tension_n:.4g}") if pull else 0.0
     if limit_n:
         set_numbers(servo, "forcerange", *sorted((0.0, -side * limit_n)))
