@@ -497,6 +497,21 @@ def test_ranges_of_ball_joints_that_get_wider_begin_with_zero() -> None:
     assert 'range="0 ' in fixed("joint_range_too_small", text=text)
 
 
+def test_a_slide_in_a_class_keeps_its_range_in_metres() -> None:
+    text = """<mujoco><default><default class="rail"><joint type="slide" range="0 0.05"/></default>
+      <default class="tight"><joint range="-0.5 0.5"/></default></default><worldbody>
+      <body><joint class="rail"/><joint class="rail" range="0 0.04"/><geom size="0.1"/>
+      <body><joint name="a" class="tight"/><joint name="b" class="tight" axis="0 1 0"/><geom size="0.1"/></body></body>
+      </worldbody></mujoco>"""
+    whole = fixed("joint_range_too_small", text=text)
+    assert 'range="0 0.05"' in whole
+    assert 'range="0 0.04"' in whole
+    assert '<joint range="-28.6479 28.6479"/>' in whole
+    of_one = fixed("joint_range_too_small", "a", text=text)
+    assert '<joint name="a" class="tight" range="-28.6479 28.6479"/>' in of_one
+    assert '<joint range="-0.5 0.5"/>' in of_one
+
+
 def test_contacts_that_are_switched_off_are_switched_on() -> None:
     text = arm().replace("<worldbody>", '<option><flag contact="disable"/></option><worldbody>')
     assert "disable" not in fixed("contact_disabled", text=text)
