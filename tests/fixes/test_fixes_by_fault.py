@@ -293,6 +293,30 @@ def test_motors_that_push_only_pull_afterwards() -> None:
     assert 'ctrlrange="-20 0"' in fixed("tendon_pushes", text=motor)
 
 
+@pytest.mark.parametrize(
+    ("servo", "wanted"),
+    [
+        ('kp="200" ctrlrange="0.1 0.2"', "-2.361 0"),
+        ('kp="200" ctrlrange="0.2 0.3"', None),
+        ('kp="200" ctrlrange="0.1 0.2" forcerange="-20 40"', "-20 0"),
+        ('kp="200" ctrlrange="-0.2 -0.1" gear="-1" forcerange="-40 20"', "0 20"),
+    ],
+)
+def test_servos_that_push_only_pull_afterwards(servo: str, wanted: str | None) -> None:
+    root = parse(classy(f"position {servo}"))
+    assert bool(list(strength.pull_only(root, Request(fault("tendon_pushes", "p"))))) == bool(wanted)
+    assert root.find("actuator")[0].get("forcerange") == wanted
+
+
+def test_the_commonest_pushing_servo_is_cured() -> None:
+    servo = swapped(
+        r'<motor (name="\w+" tendon="\w+")[^>]*/>', r'<position \1 kp="500" kv="5" ctrlrange="0.1 0.14"/>', EXAMPLE_ARM
+    )
+    report = validate(servo)
+    assert "tendon_pushes" in {fault.code for fault in report.errors}
+    assert not validate(fix(servo, report.errors).mjcf).errors
+
+
 def test_fixes_grow_harder_until_none_is_left() -> None:
     text, said = arm(), []
     for _ in range(30):
@@ -471,6 +495,21 @@ def test_ranges_of_ball_joints_that_get_wider_begin_with_zero() -> None:
     text = """<mujoco><default><joint type="ball"/><default class="tight"><joint range="0 10"/></default></default>
       <worldbody><body childclass="tight"><joint/><geom size="0.1"/></body></worldbody></mujoco>"""
     assert 'range="0 ' in fixed("joint_range_too_small", text=text)
+
+
+def test_a_slide_in_a_class_keeps_its_range_in_metres() -> None:
+    text = """<mujoco><default><default class="rail"><joint type="slide" range="0 0.05"/></default>
+      <default class="tight"><joint range="-0.5 0.5"/></default></default><worldbody>
+      <body><joint class="rail"/><joint class="rail" range="0 0.04"/><geom size="0.1"/>
+      <body><joint name="a" class="tight"/><joint name="b" class="tight" axis="0 1 0"/><geom size="0.1"/></body></body>
+      </worldbody></mujoco>"""
+    whole = fixed("joint_range_too_small", text=text)
+    assert 'range="0 0.05"' in whole
+    assert 'range="0 0.04"' in whole
+    assert '<joint range="-28.6479 28.6479"/>' in whole
+    of_one = fixed("joint_range_too_small", "a", text=text)
+    assert '<joint name="a" class="tight" range="-28.6479 28.6479"/>' in of_one
+    assert '<joint range="-0.5 0.5"/>' in of_one
 
 
 def test_contacts_that_are_switched_off_are_switched_on() -> None:

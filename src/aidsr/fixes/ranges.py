@@ -174,23 +174,42 @@ def _radians(degrees: list[float]) -> str:
     return " ".join(f"{math.radians(angle):.9g}" for angle in degrees)
 
 
-def widen_joint_ranges(root: Element, _: Request) -> Iterator[str]:
-    """Read joint ranges that were meant in radians as such, or open them to 34 degrees to both sides."""
+def widen_joint_ranges(root: Element, request: Request) -> Iterator[str]:
+    """Read joint ranges that were meant in radians as such, or open them to 34 degrees to both sides.
+
+    Only hinges and balls have such ranges. If the fault names joints, only theirs are changed.
+    """
     in_degrees = all(compiler.get("angle", "degree") == "degree" for compiler in elements(root, "compiler"))
-    wide = math.degrees(_WIDE_RAD) if in_degrees else _WIDE_RAD
-    of_balls, changed = {found.holder for _joint, found in _ball_ranges(root)}, 0
-    for joint in joints(root):
-        limits = get_numbers(joint, "range")
-        if len(limits) != 2 or joint.get("type") in ("slide", "free"):
+    classes, placed = default_classes(root), [joint for joint in elements(root, "joint") if is_placed(joint)]
+    named = set(request.names) if {joint.get("name") for joint in placed}.issuperset(request.names) else set()
+    wanted: dict[Element, list[tuple[Element, tuple[float, float] | None]]] = defaultdict(list)
+    for joint in placed:
+        found, kind = setting(joint, "range", classes), setting(joint, "type", classes)
+        ends = numbers(found.value) if found else []
+        if found is None or len(ends) != 2:
             continue
-        low, high = limits
-        if in_degrees and max(abs(low), abs(high)) < _RADIANS_LOOK_LIKE:
-            set_numbers(joint, "range", math.degrees(low), math.degrees(high))
-        else:
-            set_numbers(joint, "range", 0.0 if joint in of_balls else min(low, -wide), max(high, wide))
-        changed += get_numbers(joint, "range") != limits
+        turns = (kind.value if kind else "hinge") in _TURNING and (not named or joint.get("name") in named)
+        is_ball = kind is not None and kind.value == "ball"
+        wider = _wider(ends[0], ends[1], in_degrees=in_degrees, is_ball=is_ball) if turns else None
+        wanted[found.holder].append((joint, wider))
+    changed = 0
+    for holder, users in wanted.items():
+        ranges = {wider for _joint, wider in users}
+        for element, wider in [(holder, users[0][1])] if len(ranges) == 1 else users:
+            before = effective_numbers(root, element, "range")
+            if wider is not None:
+                set_numbers(element, "range", *wider)
+                changed += effective_numbers(root, element, "range") != before
     if changed:
         yield f"widened the ranges of {counted(changed, 'joint')}"
+
+
+def _wider(low: float, high: float, *, in_degrees: bool, is_ball: bool) -> tuple[float, float]:
+    """Return the range that a hinge or ball joint gets for a range that is too narrow, in the document's unit."""
+    if in_degrees and max(abs(low), abs(high)) < _RADIANS_LOOK_LIKE:
+        return math.degrees(low), math.degrees(high)
+    wide = math.degrees(_WIDE_RAD) if in_degrees else _WIDE_RAD
+    return (0.0 if is_ball else min(low, -wide)), max(high, wide)
 
 
 def _ball_ranges(root: Element) -> Iterator[tuple[Element, Setting]]:

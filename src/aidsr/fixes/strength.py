@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
@@ -105,6 +106,8 @@ class Pull:
 
     force_n: float
     """Largest force of an actuator [N]."""
+    tension_n: float
+    """Largest pull of an actuator on a tendon [N]; 0 if they only push."""
     bend_rad: float
     """Largest bend by an actuator against the springs, summed over the joints that it acts on [rad]."""
     weight_n: float
@@ -112,7 +115,12 @@ class Pull:
 
 
 def read_pull(root: Element, names: Collection[str] = ()) -> Pull | None:
-    """Return the strongest pull of a robot's actuators, only those in `names` if any; None if it does not compile."""
+    """Return the strongest pull of a robot's actuators; None if it does not compile.
+
+    Args:
+        root: Root of the document.
+        names: Names of the actuators or of their tendons; empty for all actuators.
+    """
     import mujoco
     import numpy as np
 
@@ -129,19 +137,27 @@ def read_pull(root: Element, names: Collection[str] = ()) -> Pull | None:
     mujoco.mju_sparse2dense(
         moments, data.actuator_moment.ravel(), data.moment_rownnz, data.moment_rowadr, data.moment_colind.ravel()
     )
-    forces_n = np.zeros(model.nout)
+    forces_n, pulls_n = np.zeros(model.nout), np.zeros(model.nout)
     for end in (0, 1):
         data.ctrl[:] = model.actuator_ctrlrange[:, end]
         for actuator in np.flatnonzero(model.actuator_actadr >= 0).tolist():
             data.act[model.actuator_actadr[actuator]] = data.ctrl[control_of(model, actuator)]
         mujoco.mj_forward(model, data)
         forces_n = np.maximum(forces_n, np.abs(data.actuator_force))
+        pulls_n = np.maximum(pulls_n, -data.actuator_force * model.actuator_gear[:, 0])
     of_output = np.repeat(np.arange(model.nactuator), model.actuator_outnum).tolist()
-    forces_n *= [not names or model.actuator(actuator).name in names for actuator in of_output]
+    tendons = {
+        actuator: model.tendon(model.actuator_trnid[actuator, 0]).name
+        for actuator in np.flatnonzero(model.actuator_trntype == mujoco.mjtTrn.mjTRN_TENDON).tolist()
+    }
+    chosen = [not names or not {model.actuator(i).name, tendons.get(i)}.isdisjoint(names) for i in of_output]
+    forces_n *= chosen
+    pulls_n *= [asked and i in tendons for asked, i in zip(chosen, of_output, strict=True)]
     sprung = np.flatnonzero(model.jnt_stiffness > 0)
     bend_rad_n = (np.abs(moments[:, model.jnt_dofadr[sprung]]) / model.jnt_stiffness[sprung]).sum(axis=1)
     return Pull(
         force_n=float(forces_n.max(initial=0.0)),
+        tension_n=float(pulls_n.max(initial=0.0)),
         bend_rad=float((forces_n * bend_rad_n).max(initial=0.0)),
         weight_n=float(model.body_mass.sum() * np.linalg.norm(model.opt.gravity)),
     )
@@ -257,30 +273,44 @@ def let_go(root: Element, _: Request) -> Iterator[str]:
         low_high = effective_numbers(root, servo, "ctrlrange")
         if len(low_high) == 2 and low_high[0] >= 0:
             set_numbers(servo, "ctrlrange", low_high[0], _LET_GO * low_high[1])
-            force, gain = effective_numbers(root, servo, "forcerange"), effective_numbers(root, servo, _gain_of(servo))
-            pull = abs(min(force)) if len(force) == 2 else max(gain, default=1.0) * low_high[1]
-            if gain_sign(root, servo) > 0 and pull and (len(force) != 2 or max(force) > 0):
-                set_numbers(servo, "forcerange", -pull, 0.0)
+            _forbid_pushing(root, servo)
             changed += 1
     if changed:
         yield f"opened the ranges of {counted(changed, 'servo')}, so that they can let go"
 
 
-def _gain_of(servo: Element) -> str:
-    return "kp" if servo.tag == "position" else "gainprm"
+def _forbid_pushing(root: Element, servo: Element) -> bool:
+    """Limit the force of a servo on a tendon to pulling; return whether anything was changed.
+
+    A servo without a force range may pull as hard as it does in the initial pose at an end of its control range. One
+    that only pushes there stays as it is.
+    """
+    side = math.copysign(1.0, (effective_numbers(root, servo, "gear") or [1.0])[0])
+    limits_n = sorted(side * force_n for force_n in effective_numbers(root, servo, "forcerange"))
+    if len(limits_n) == 2:
+        if limits_n[1] <= 0:
+            return False
+        limit_n = -limits_n[0] if limits_n[0] < 0 else limits_n[1]
+    else:
+        pull = read_pull(root, [servo.get("name") or servo.get("tendon") or ""])
+        limit_n = float(f"{pull.tension_n:.4g}") if pull else 0.0
+    if limit_n:
+        set_numbers(servo, "forcerange", *sorted((0.0, -side * limit_n)))
+        servo.attrib.pop("forcelimited", "")
+    return bool(limit_n)
 
 
 def pull_only(root: Element, request: Request) -> Iterator[str]:
-    """Cut the pushing half off the ranges of actuators on tendons: a positive force lengthens a tendon."""
+    """Cut the pushing half off the ranges of actuators on tendons, and give servos a force range that only pulls.
+
+    A positive force lengthens a tendon.
+    """
     changed = 0
     for motor in _on_tendons(root, "motor", "general", "position"):
         known = not request.names or motor.get("name") in request.names or motor.get("tendon") in request.names
         sign, low_high = gain_sign(root, motor), effective_numbers(root, motor, "ctrlrange")
         if known and is_servo(root, motor):
-            forces_n = effective_numbers(root, motor, "forcerange")
-            if len(forces_n) == 2 and forces_n[1] > 0:
-                set_numbers(motor, "forcerange", -max(map(abs, forces_n)), 0.0)
-                changed += 1
+            changed += _forbid_pushing(root, motor)
             continue
         if not known or len(low_high) != 2 or not sign:
             continue
