@@ -19,7 +19,7 @@ from aidsr.core.errors import UserError
 from aidsr.core.extras import require_extra
 from aidsr.core.numbered import is_number
 from aidsr.core.plain_tree import require_plain_tree, require_regular_file
-from aidsr.runs.folders import DesignFolder, Run
+from aidsr.runs.folders import DesignFolder
 from aidsr.runs.status import newest
 from aidsr.runs.trainings import Training, trainings_of
 
@@ -521,7 +521,7 @@ def _scene_of_design(design: DesignFolder, task: str | Task, level: Level | None
             f"{design.path} is not an approved design: final.xml not found; give the folder of one, as "
             "runs/…/designs/1, or the file of a scene"
         )
-    run = Run(design.path.parent.parent)
+    run = design.run
     require_plain_tree(design.path)
     require_regular_file(run.record.path)
     design.require_whole()

@@ -19,7 +19,7 @@ from aidsr.fabrication.printers import printer_named
 from aidsr.fabrication.schema import MARK, Retest, Verdict
 from aidsr.fabrication.verdict import retest_of
 from aidsr.mjcf.read import open_mjcf
-from aidsr.runs import DesignFolder, Run
+from aidsr.runs import DesignFolder
 from aidsr.runs.status import newest
 from aidsr.runs.trainings import Training, trainings_of
 from aidsr.sim.scaling import resize_robot
@@ -119,7 +119,7 @@ def _read(subject: Path) -> _Subject:
             f"{subject} is not an approved design: final_robot.xml not found; give the folder of an approved design, "
             "for example runs/…/designs/1, or the MJCF of a robot"
         )
-    brief = Run(design.path.parent.parent).brief()
+    brief = design.run.brief()
     kept = design.leading_to()
     placement = newest(it.placement.read() for it in kept) or Placement(mount="world", base="fixed")
     mjcf, found = robot.decode(), [newest(it.scene_report.read() for it in kept)]

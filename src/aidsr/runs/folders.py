@@ -143,6 +143,12 @@ class DesignFolder:
         return int(self.path.name)
 
     @property
+    def run(self) -> Run:
+        """The run of the design, also if the path is relative to a folder inside the run, such as "."."""
+        path = self.path if self.path.parent.name == "designs" else self.path.resolve()
+        return Run(path.parent.parent)
+
+    @property
     def events(self) -> Path:
         """The design's event log."""
         return self.path / "events.jsonl"

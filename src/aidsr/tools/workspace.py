@@ -18,7 +18,7 @@ from aidsr.core.arguments import check_type
 from aidsr.core.artifacts import MOUNTS, ActuatorGroup, Artifact, Brief, Placement, Robot, Scene
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import excerpt
-from aidsr.runs.folders import DesignFolder, Run
+from aidsr.runs.folders import DesignFolder
 from aidsr.runs.status import newest
 from aidsr.tasks import Level, Task, goal_task, load_task, read_goal
 from aidsr.tools.scene import MeasuredScene
@@ -194,7 +194,7 @@ class Workspace:
             raise UserError(
                 f"{found.path} is not an approved design: final.xml not found; give one, as runs/…/designs/1"
             )
-        run = Run(found.path.parent.parent)
+        run = found.run
         record, until = run.asked(), found.leading_to()
         found.require_whole()
         robot = newest(each.robot.read() for each in until)

@@ -175,6 +175,21 @@ def test_a_policy_begins_with_the_script_of_its_design(design, tmp_path, capsys)
     assert find_scene(design, "dynamic_catching", level="hard").script == "both: 0.5"
 
 
+@pytest.mark.parametrize(("inside", "given"), [("", "."), ("..", "1"), ("../..", "designs/1")])
+def test_a_design_is_found_from_inside_its_run(design, monkeypatch, capsys, inside, given):
+    first = DesignFolder(design).iteration(1)
+    robot = first.robot.read()
+    (design / "01" / "robot.json").unlink()
+    first.robot.write(robot.model_copy(update={"script": "both: 0.5"}))
+    monkeypatch.chdir(design / inside)
+    found = find_scene(given, "dynamic_catching", level="hard")
+    assert (found.task, found.level, found.script) == ("dynamic_catching", "hard", "both: 0.5")
+    assert find_scene(given).task == "grasping/dynamic_catching"
+    assert DesignFolder(Path(given)).run.record.read().level == "hard"
+    assert run_main("show", given) == 0
+    assert "catch" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [

@@ -28,6 +28,7 @@ from aidsr.teams.measuring.records import Exchange, ToolRecord
 from aidsr.teams.measuring.session import Session
 from aidsr.teams.measuring.toolbox import Toolbox
 from aidsr.tools import Workspace
+from aidsr.validation.rules.winches import TENSION_NOTICED_N, TENSION_TO_WEIGHT
 
 SNAPSHOTS = Path(__file__).parent / "snapshots"
 FREE = BRIEF.model_copy(update={"base": "free", "needs_contact": False, "starting_robot": ROBOT.mjcf})
@@ -173,6 +174,12 @@ def test_pictures_stand_after_the_words_that_speak_of_them_also_when_it_is_asked
         shown = [message.pictures for message in question.messages]
         assert shown == [(), tuple(PICTURES.values()), *[()] * (len(shown) - 2)]
     assert "1. The scene as it stands.\n2. It moves.\n" in asked[0].messages[1].text
+
+
+@pytest.mark.parametrize("prompt", ["designer", "coder", "coder_editor", "measuring"])
+def test_the_greatest_pull_is_that_of_the_validator(prompt: str) -> None:
+    told = (SNAPSHOTS / f"{prompt}.md").read_text(encoding="utf-8")
+    assert f"above {TENSION_NOTICED_N:g} N at most {TENSION_TO_WEIGHT:g} times the weight" in " ".join(told.split())
 
 
 def test_what_direct_prompting_says() -> None:

@@ -227,6 +227,22 @@ def test_names_of_a_reply_are_not_followed_once_one_of_its_calls_repeats_another
     assert second.results[0].outcome == "done"
 
 
+def test_names_of_a_reply_are_not_followed_once_one_of_its_calls_repeats_one_that_failed(tmp_path: Path) -> None:
+    box = toolbox(tmp_path, calls=60)
+    calls = (
+        asked("propose", families=FAMILIES),
+        asked("validate", mjcf="no document", family="claw"),
+        asked("validate", mjcf="no document", family="claw"),
+        asked("validate", mjcf=limb(9.81), family="worm"),
+        asked("measure", what="bends", subject="robot_2"),
+    )
+    first = carried_out(box, [], *calls)
+    assert [one.outcome for one in first.results] == ["done", "failed", "failed", "done", "refused"]
+    assert "call 3, validate, failed before and uses up no other name" in first.results[4].text
+    second = carried_out(box, [first], asked("measure", what="bends", subject="robot_2"))
+    assert second.results[0].outcome == "done"
+
+
 def test_at_most_so_many_calls_of_a_reply_are_carried_out(tmp_path: Path) -> None:
     box, exchanges = begun(tmp_path)
     many = [asked("measure", what="bends", subject="robot_1")] * (AT_ONCE + 1)

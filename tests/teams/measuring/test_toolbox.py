@@ -200,6 +200,16 @@ def test_the_result_is_what_came_farthest_over_several_seeds(tmp_path: Path) -> 
     assert call(box, "finish", scene="scene_2", summary="A cart.").outcome == "done"
 
 
+def test_what_was_only_trained_is_compared_with_what_was_probed(tmp_path: Path) -> None:
+    box = with_scene(tmp_path)
+    shutil.copytree(box.workspace.folder / "scene_1", box.workspace.folder / "scene_2")
+    box._records += [far("scene_1", 0.9, [0, 1]), measured("train", "scene_2", success=0.0, progress=0.1)]
+    refused = call(box, "finish", scene="scene_2", summary="A cart.")
+    assert "scene_1 came to progress 0.90 and scene_2, by what was measured of it, to 0.10" in refused.text
+    box._records += [measured("play", "scene_2", success=0.0, progress=0.88)]
+    assert call(box, "finish", scene="scene_2", summary="A cart.").outcome == "done"
+
+
 def test_each_seed_counts_the_same(tmp_path: Path) -> None:
     box = with_scene(tmp_path)
     box._records += [far("scene_1", 0.9, [0]), far("scene_1", 0.5, [1, 2, 3])]

@@ -151,6 +151,7 @@ def test_an_objective_in_words_is_understood_or_its_default_said(
     [
         ("Make it longer please", "length_m", 1.25),
         ("the arm is too stiff", "bending_stiffness_n_m2", 0.8),
+        ("longer and stiffer", "bending_stiffness_n_m2", 1.5625),
         ("it should be stronger", "tension_n", 1.25),
         ("thinner", "radius_m", 0.8),
     ],

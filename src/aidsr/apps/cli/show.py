@@ -77,8 +77,9 @@ def show(
 def _run_and_design(path: Path) -> tuple[Run, int | None]:
     """Return the run at a path, and the number of the design if the path is that of a design's folder."""
     from aidsr.core.numbered import is_number
-    from aidsr.runs import Run
+    from aidsr.runs import DesignFolder, Run
 
-    if path.parent.name == "designs" and is_number(path.name):
-        return Run(path.parent.parent), int(path.name)
+    full = path.resolve()
+    if full.parent.name == "designs" and is_number(full.name):
+        return DesignFolder(path).run, int(full.name)
     return Run(path), None

@@ -139,7 +139,7 @@ def _select(root: Element, operation: Element) -> list[Element]:
 
 
 def _check_cost(operation: Element, selection: str) -> None:
-    """Refuse selections that could take long to evaluate; a model wrote the text, and XPath runs in this process.
+    """Refuse selections that could take long to evaluate; a model wrote the text.
 
     Raises:
         ReplyError: The selection is more than a path with conditions on attributes.

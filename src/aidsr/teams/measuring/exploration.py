@@ -109,11 +109,21 @@ class Exploration:
         return max(found, key=lambda one: one[1], default=None)
 
     def better_than(self, scene: str) -> str:
-        """Return a clause that says which other scene is better by the same measurements; "" if none is."""
-        own, best = self.progress_again(scene), self.best_again()
+        """Return a clause that says which other scene is better; "" if none is.
+
+        A scene that was only played or trained is compared by the most progress that it came to.
+        """
+        again, best = self.progress_again(scene), self.best_again()
+        own = self._farthest(scene) if again is None else again
         if own is None or best is None or best[1] <= own + _BETTER:
             return ""
-        return f"over several seeds {best[0]} came to progress {best[1]:.2f} and {scene} to {own:.2f}"
+        how = "" if again is not None else ", by what was measured of it,"
+        return f"over several seeds {best[0]} came to progress {best[1]:.2f} and {scene}{how} to {own:.2f}"
+
+    def _farthest(self, scene: str) -> float | None:
+        """Return the most progress of a scene in any measurement; None without one."""
+        about = (record.progress for record in self.done if record.values.get("scene") == scene)
+        return max((progress for progress in about if progress is not None), default=None)
 
     def script_for(self, scene: str) -> str:
         """Return the script with which a training of a scene should start.

@@ -15,7 +15,7 @@ from aidsr.teams.measuring.board import Board
 from aidsr.teams.measuring.calls import calls_in_text, describe_tools, prose_of
 from aidsr.teams.measuring.own_tools import Chosen, chosen
 from aidsr.teams.measuring.records import Exchange, ToolRecord
-from aidsr.teams.measuring.toolbox import Toolbox
+from aidsr.teams.measuring.toolbox import MAKES, Toolbox
 
 AT_ONCE = 24
 """Maximum number of calls of one reply that are carried out. Our choice: enough to propose, write, place and measure
@@ -128,12 +128,14 @@ class Session:
         """Carry out the calls of a reply, in order.
 
         A call may name robots and scenes that earlier calls of the same reply make. If one of those repeats a previous
-        call, it returns what that call made, so the names that follow differ from those that the model expected. Later
+        call, it returns what that call made, or its failure, and uses up no name, so the names that follow differ from
+        those that the model expected. Later
         calls of the reply are then not carried out if they name anything that did not exist before the reply.
         """
         known = {one.made for exchange in exchanges for one in exchange.results}
         made = set(known)
         results: list[ToolRecord] = []
+        before = [one for exchange in exchanges for one in exchange.results]
         shifted = ""
         for number, call in enumerate(calls, 1):
             new = set(_NAME.findall(call.arguments)) - known
@@ -145,8 +147,11 @@ class Session:
                 one = self.toolbox.call(call)
             if one.made in made - {""} and not shifted:
                 shifted = f"call {number}, {call.name}, was made before and brought {one.made} again"
+            elif call.name in MAKES and not one.made and any(one is each for each in before) and not shifted:
+                shifted = f"call {number}, {call.name}, failed before and uses up no other name"
             made.add(one.made)
             results.append(one)
+            before.append(one)
         return tuple(results)
 
 

@@ -55,20 +55,19 @@ _CHANGES = re.compile(r"(?:Changed as |The built-in rules recognized no change).
 
 def apply_feedback(parameters: P, feedback: str) -> tuple[P, list[str]]:
     """Return parameters changed as the feedback requests, each within its range, and the requests understood."""
-    words, update, understood = feedback.lower(), {}, []
-    values: dict[str, Any] = parameters.model_dump()
+    words, understood = feedback.lower(), list[str]()
     for pattern, quantities, factor in WORDS:
         match = re.search(pattern, words)
         if match and (changed := _multiplied(parameters, quantities, factor)):
-            update.update(changed)
+            parameters = parameters.model_copy(update=changed)  # words for the same parameter act one after the other
             understood.append(f'"{match.group()}" ({", ".join(changed)} x {factor:g})')
     counts = "|".join(_names_of(parameters, "count"))
     count = re.search(rf"\b(more|fewer|less) ({counts})", words) if counts else None
-    if count and values[name := count.group(2)]:
+    if count and (now := getattr(parameters, name := count.group(2))):
         step = parameters.count_step(name) * (1 if count.group(1) == "more" else -1)
-        update[name] = int(_within(parameters, name, values[name] + step))
+        parameters = parameters.model_copy(update={name: int(_within(parameters, name, now + step))})
         understood.append(f'"{count.group()}"')
-    return parameters.model_copy(update=update), understood
+    return parameters, understood
 
 
 def with_changes(concept: Concept, before: Concept, feedback: str, understood: Sequence[str]) -> Concept:
