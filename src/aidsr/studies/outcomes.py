@@ -188,7 +188,8 @@ def read_repairs(study: Study) -> tuple[Counter[str], list[Repair]]:
                 continue
             now = {fault.code for fault in report.errors}
             if any(fault.layer == "load" for fault in report.errors):
-                seen.update(now if iteration.number > copied else ())
+                if iteration.number > copied:
+                    seen.update(now)
                 before |= now
                 continue
             if iteration.number > copied:
