@@ -868,6 +868,21 @@ async def test_a_template_fills_the_form_and_a_goal_is_checked_as_it_is_typed(us
 
 
 @visiting
+async def test_a_link_with_a_template_does_not_replace_what_was_written(user: User, site: Site) -> None:
+    await user.open("/new?template=bell")
+    (objective,) = user.find("Objective").elements
+    objective.set_value("Ring it twice.")
+    await user.open("/new?template=valve")
+    await user.should_see("Your own words are kept")
+    await user.should_see("Ring it twice.")
+    objective = next(iter(user.find("Objective").elements))
+    objective.set_value(examples()["bell"].objective)
+    await user.open("/new?template=valve")
+    await user.should_see("valve.xml")
+    await user.should_not_see("Your own words are kept")
+
+
+@visiting
 async def test_the_form_of_a_goal_leads_to_the_page_of_the_manual(user: User, site: Site) -> None:
     await user.open("/new?template=bell")
     (link,) = user.find("Kinds and keys of goals").elements

@@ -16,8 +16,8 @@ from aidsr.apps.web.live import working
 from aidsr.apps.web.model_form import budget_from, choose_model, model_name
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.upload import ROBOT, upload
-from aidsr.apps.web.widgets import box, button, choice, image, text
-from aidsr.apps.web.words_form import take_template, words_form
+from aidsr.apps.web.widgets import box, button, choice, image, notice, text
+from aidsr.apps.web.words_form import is_template, take_template, words_form
 from aidsr.core.config import Budget, bounds, checked_config, run_settings
 from aidsr.core.formatting import task_title
 from aidsr.examples import examples
@@ -71,7 +71,8 @@ def add_setup(site: Site) -> None:
             form.update(task=FRESH["task"], level=FRESH["level"])
         if task in task_names():
             form.update(source="task", task=task)
-        if template in examples() and form["environment_name"] != f"{template}.xml":
+        kept = template in examples() and not is_template(form)
+        if template in examples() and not kept:
             take_template(form, template)
         if template:
             form["source"] = "words"
@@ -80,6 +81,10 @@ def add_setup(site: Site) -> None:
                 text("New run", tag="h1")
                 text("Choose the task and the designer. The run continues if you close this page.", "soft", "p")
                 ui.link("Compare models or methods over many runs: start a study", "/studies/new").classes("small")
+            if kept:
+                notice(
+                    f'Your own words are kept. To replace them by "{examples()[template].title}", start from it below.'
+                )
             objective = _what(form)
             choose_model(site, form)
             _how_much(form)

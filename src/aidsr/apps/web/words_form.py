@@ -27,13 +27,19 @@ def take_template(form: Form, name: str) -> None:
     )
 
 
+def is_template(form: Form) -> bool:
+    """Whether the form's words are empty or those of a template, so that nothing is lost if another one is taken."""
+    words = (form["objective"], form["environment"], form["goal"])
+    return not any(words) or any(words == (each.objective, each.environment, each.goal) for each in examples().values())
+
+
 def words_form(form: Form) -> ui.textarea:
     """Ask for the objective, the environment and the goal; return the field of the objective."""
 
     def take(name: object) -> None:
         if name in examples():
             take_template(form, str(name))
-            ui.navigate.to(f"/new?template={name}")
+            ui.navigate.to("/new")  # without the template, which would be taken again whenever the page is loaded
 
     with box("stack"):
         offered = ui.select({name: each.title for name, each in examples().items()}, label="Start from a template")
