@@ -458,6 +458,13 @@ def _coil(ahead_m: float = 0.0, *, links: int = 10, stiffness: float = 0.03, pul
 
 COIL = constant({"worm_front": 1.0, "worm_back": -1.0})
 
+
+def _inertial_worm(inertial: str) -> str:
+    """A soft worm on a plate with an <inertial> of its own."""
+    worm = chain("worm", 'pos="0.03 0 0.009" euler="0 90 0"', links=6, link_m=0.03, radius_m=0.008, stiffness=0.15)
+    return worm.document(f'{inertial}<geom name="plate" type="box" size="0.03 0.03 0.008" pos="0 0 0.009"/>')
+
+
 # --- on a mount ---
 
 _TAIL_UP = 'pos="0.03 0 0" euler="0 90 0"'
@@ -1149,6 +1156,21 @@ CHEATS: tuple[Cheat, ...] = (
         _coil(links=20, stiffness=0.4, pull_n=12.0),
         lambda: COIL,
         offset_m=(0.82, 0.0, 0.075),
+    ),
+    Cheat(
+        "gyro_worm",
+        "A worm whose plate has the moment of inertia of a truck and the weight of a plate: it cannot pitch or roll, "
+        "and slides over the gap without falling in.",
+        "gap",
+        _inertial_worm('<inertial pos="0 0 0.009" mass="0.05" diaginertia="100 100 0.001"/>'),
+        lambda: COIL,
+    ),
+    Cheat(
+        "keel_worm",
+        "The same worm, its plate's mass 0.3 m below the plate, where nothing of the robot is: it cannot be tipped.",
+        "obstacles",
+        _inertial_worm('<inertial pos="0 0 -0.3" mass="0.05" diaginertia="1e-5 1e-5 1e-5"/>'),
+        lambda: COIL,
     ),
     Cheat(
         "riser_on_top",

@@ -15,6 +15,7 @@ from benchmarks.cheats.playing import lift_m, place, play
 from benchmarks.cheats.wins import BEFORE, fingerprint, read_rows
 from benchmarks.episode_clock import EpisodeClock
 
+from aidsr import validate
 from aidsr.core.errors import UserError
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.sim.scope import find_out_of_scope
@@ -40,7 +41,9 @@ BY_CODE = {
     "cable_on_linkage": "cable_jaws threaded_jaws force_field welded_object glued_jaws lifts_the_object",
     "mostly_rigid": "heavy_hoop passive_petals limp_rope basket rigid_rod rod_on_mount rigid_hook",
 }
-"""Bodies by the code that says what they are."""
+"""Bodies by the code of scope that says what they are."""
+BY_PHYSICS = {"implausible_inertia": "gyro_worm keel_worm"}
+"""Bodies by the code of physics."""
 BY_CHECK = {
     "starts_at_mount": (
         "starts_behind_the_gap starts_behind_the_tunnel coils_behind_the_gap drawn_behind_the_gap "
@@ -55,7 +58,7 @@ def expected(table):
 
 
 def test_every_body_is_refused_somewhere():
-    named = [name for name, _ in expected(BY_CODE) + expected(BY_CHECK)]
+    named = [name for name, _ in expected(BY_CODE) + expected(BY_PHYSICS) + expected(BY_CHECK)]
     assert sorted(named) == sorted(BY_NAME)
 
 
@@ -63,6 +66,13 @@ def test_every_body_is_refused_somewhere():
 def test_a_body_is_out_of_scope_for_what_it_is(name, code):
     model = mujoco.MjModel.from_xml_string(BY_NAME[name].mjcf)
     assert code in {finding.code for finding in find_out_of_scope(model, read_structure(model))}
+
+
+@pytest.mark.parametrize(("name", "code"), expected(BY_PHYSICS))
+def test_a_body_is_refused_for_its_physics(name, code):
+    cheat = BY_NAME[name]
+    report = validate(place(cheat, load_task(cheat.task)))
+    assert [fault.code for fault in report.errors] == [code]
 
 
 @pytest.mark.parametrize(("name", "check"), expected(BY_CHECK))

@@ -307,6 +307,7 @@ SHOWN = (
     "contact_margin",
     "fully_actuated",
     "driven_overlap",
+    "implausible_inertia",
 )
 """Codes whose example has that fault and no other."""
 
