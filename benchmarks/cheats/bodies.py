@@ -6,6 +6,7 @@ All are physically stable. `tail` is the decoration that made such a body pass a
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -806,6 +807,16 @@ def _pointer(drive: str, rest: float = 80.0) -> str:
     )
 
 
+def _wound_pointer(attributes: str) -> str:
+    """The arm that bends mostly in one joint, with actuators whose activation ends at 40 N."""
+    general = f'gear="-1" gainprm="1" biastype="none" actlimited="true" actrange="0 40" {attributes}'
+    return re.sub(
+        r'<motor (name="arm_\w+" tendon="arm_\w+") gear="-1" ctrlrange="0 40.0"/>',
+        rf"<general \1 {general}/>",
+        _pointer("cable"),
+    )
+
+
 def point(kind: str) -> Callable[[], Rule]:
     """Return the function that makes the rule for a pointer: turn towards the button and press on.
 
@@ -1359,6 +1370,23 @@ CHEATS: tuple[Cheat, ...] = (
         "cables that counts as a soft chain.",
         "button_pushing",
         _pointer("cable"),
+        point("cable"),
+        part="arm_tip",
+    ),
+    Cheat(
+        "integrator_arm",
+        "The same arm. Its actuators integrate commands of up to 800, and their activation ends at 40 N: by their "
+        "control range they pull 20 times as hard as they do.",
+        "button_pushing",
+        _wound_pointer('dyntype="integrator" ctrlrange="-80 800"'),
+        point("cable"),
+        part="arm_tip",
+    ),
+    Cheat(
+        "clipped_filter_arm",
+        "The same arm, with filters for integrators.",
+        "button_pushing",
+        _wound_pointer('dyntype="filter" dynprm="0.1" ctrlrange="0 800"'),
         point("cable"),
         part="arm_tip",
     ),

@@ -308,6 +308,7 @@ SHOWN = (
     "fully_actuated",
     "driven_overlap",
     "implausible_inertia",
+    "actrange_missing",
 )
 """Codes whose example has that fault and no other."""
 
