@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from benchmarks.cheats.parts import (
@@ -712,8 +712,8 @@ def _rope() -> str:
 DOWN = constant({"feed": 1.0})
 
 
-def _ghost_arm() -> str:
-    """An arm of which only a ball at its tip collides."""
+def _ghost_arm(beside: Parts | None = None) -> str:
+    """An arm of which only a ball at its tip collides, and what is on its plate beside it."""
     arm = chain(
         "arm",
         'pos="0 0 0.01"',
@@ -725,7 +725,16 @@ def _ghost_arm() -> str:
         geom='density="500" contype="0" conaffinity="0"',
         end='<geom name="ball" type="sphere" size="0.009" pos="0 0 0.028"/>',
     )
-    return arm.document('<geom name="plate" type="cylinder" size="0.02 0.004" contype="0" conaffinity="0"/>')
+    both = arm + beside if beside else arm
+    return both.document('<geom name="plate" type="cylinder" size="0.02 0.004" contype="0" conaffinity="0"/>')
+
+
+def _stack() -> Parts:
+    """A small limb of which each link has 15 shapes that collide, all in one place."""
+    limb = chain("stack", 'pos="-0.02 0 0.006" euler="0 -90 0"', radius_m=0.004)
+    shape = re.compile(r'<geom name="(stack_\d+)" ([^>]*)/>')
+    bodies = shape.sub(lambda one: "".join(f'<geom name="{one[1]}_{k}" {one[2]}/>' for k in range(15)), limb.bodies)
+    return replace(limb, bodies=bodies)
 
 
 def lean() -> Rule:
@@ -1338,6 +1347,15 @@ CHEATS: tuple[Cheat, ...] = (
         "of the body that has to lie on the surface.",
         "surface_adapting",
         _ghost_arm(),
+        lean,
+        part="arm_tip",
+    ),
+    Cheat(
+        "stacked_ghost_arm",
+        "The same arm beside a small limb whose links have 15 colliding shapes each, all in one place: of the length "
+        "of all shapes, those that collide with nothing are a small part.",
+        "surface_adapting",
+        _ghost_arm(_stack()),
         lean,
         part="arm_tip",
     ),

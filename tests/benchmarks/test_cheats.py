@@ -35,7 +35,7 @@ BY_CODE = {
     "thruster": "jet_puck jet_over_gap",
     "adhesion": "sticky_pad sticky_pad_in_space",
     "loaded_spring": "spring_jaws heavy_spring_jaws spring_umbrella spring_pin",
-    "ghost_shape": "ghost_rope ghost_arm",
+    "ghost_shape": "ghost_rope ghost_arm stacked_ghost_arm",
     "few_bent_joints": "knuckle_jaws one_hinge_arm integrator_arm clipped_filter_arm one_soft_hinge_arm",
     "contact_margin": "margin_arm",
     "cable_on_linkage": "cable_jaws threaded_jaws force_field welded_object glued_jaws lifts_the_object",

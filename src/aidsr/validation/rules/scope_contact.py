@@ -21,13 +21,13 @@ CONTACT_MARGIN = Rule(
 GHOST_SHAPE = Rule(
     code="ghost_shape",
     stage=Stage.SCOPE,
-    finds="A large part of the robot's shapes passes through what is around it.",
+    finds="A large part of a limb passes through what is around it.",
     why="An arm of which only the tip collides reaches through walls. Discs or a skin that collide stand for the "
     "backbone between them.",
-    limit=f"length of moving shapes that collide with nothing, more than {COVER_SHARE:g} L from one that does / "
-    f"length of all: at most {GHOST_SHARE:g}",
+    limit=f"length of a limb that collides with nothing, more than {COVER_SHARE:g} L from a shape that does / length "
+    f"of the limb: at most {GHOST_SHARE:g}. A rigid part has the length of its longest shape",
     check=find_out_of_scope_faults,
-    unit="of the length of its shapes",
+    unit="of the length of the limb",
     cure="Leave contype, conaffinity and gap at their defaults.",
     explained_by=("contact_disabled",),
     example=Example(
