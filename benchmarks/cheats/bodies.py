@@ -926,6 +926,12 @@ def sweep() -> Rule:
     }
 
 
+def _plain_arm() -> str:
+    """A soft arm with cables on a plate: only its scene is a cheat."""
+    arm = chain("arm", 'pos="0 0 0.01"', links=8, link_m=0.03, radius_m=0.008, stiffness=0.3, pull_n=6.0)
+    return arm.document('<geom name="plate" type="cylinder" size="0.02 0.004"/>')
+
+
 def _force_field() -> str:
     """Cable-driven jaws with a contact margin: their contacts act 10 mm before they touch."""
     return (
@@ -950,6 +956,16 @@ def _tilted(root: etree._Element) -> None:
 def _welded(root: etree._Element) -> None:
     weld = {"body1": "robot/root", "body2": "object", "solref": "0.05 1", "relpose": "0 0 0.215 0 1 0 0"}
     etree.SubElement(_section(root, "equality"), "weld", weld)
+
+
+def _belted(root: etree._Element) -> None:
+    belt = etree.SubElement(_section(root, "tendon"), "fixed", name="belt", damping="2")
+    etree.SubElement(belt, "joint", joint="crank", coef="1")
+    etree.SubElement(belt, "joint", joint="robot/arm_2_0", coef="-5")
+
+
+def _geared(root: etree._Element) -> None:
+    etree.SubElement(_section(root, "equality"), "joint", joint1="crank", joint2="robot/arm_2_0", polycoef="0 5 0 0 0")
 
 
 def _sticky(root: etree._Element) -> None:
@@ -1458,6 +1474,23 @@ CHEATS: tuple[Cheat, ...] = (
         lambda: idle,
         part="grip",
         edit=_welded,
+    ),
+    Cheat(
+        "belted_crank",
+        "An honest arm, and a scene of its own whose fixed tendon is a damped belt from a joint of the arm to the "
+        "crank.",
+        "crank_turning",
+        _plain_arm(),
+        lambda: constant({"arm_front": 1.0}),
+        edit=_belted,
+    ),
+    Cheat(
+        "geared_crank",
+        "The same, with a joint equality for a belt.",
+        "crank_turning",
+        _plain_arm(),
+        lambda: constant({"arm_front": 1.0}),
+        edit=_geared,
     ),
     Cheat(
         "glued_jaws",

@@ -44,6 +44,11 @@ BY_CODE = {
 """Bodies by the code of scope that says what they are."""
 BY_PHYSICS = {"implausible_inertia": "gyro_worm keel_worm"}
 """Bodies by the code of physics."""
+BY_SCENE = {
+    "tendon belt is none of the environment": "belted_crank",
+    "1 elements of the kind equality": "geared_crank",
+}
+"""Bodies by what of their scene is not the task's."""
 BY_CHECK = {
     "starts_at_mount": (
         "starts_behind_the_gap starts_behind_the_tunnel coils_behind_the_gap drawn_behind_the_gap "
@@ -58,7 +63,7 @@ def expected(table):
 
 
 def test_every_body_is_refused_somewhere():
-    named = [name for name, _ in expected(BY_CODE) + expected(BY_PHYSICS) + expected(BY_CHECK)]
+    named = [name for name, _ in expected(BY_CODE) + expected(BY_PHYSICS) + expected(BY_SCENE) + expected(BY_CHECK)]
     assert sorted(named) == sorted(BY_NAME)
 
 
@@ -82,9 +87,10 @@ def test_a_body_is_refused_before_an_episode_is_played(name, check):
     assert check in refusals(TaskScene.of(place(cheat, task), task, grouping="off"))
 
 
-def test_a_world_of_its_own_is_refused():
-    cheat = BY_NAME["tilted_world"]
-    with pytest.raises(UserError, match="option has gravity"):
+@pytest.mark.parametrize(("name", "words"), [("tilted_world", "option has gravity"), *expected(BY_SCENE)])
+def test_a_scene_of_its_own_is_refused(name, words):
+    cheat = BY_NAME[name]
+    with pytest.raises(UserError, match=words):
         TaskScene.of(place(cheat, load_task(cheat.task)), cheat.task)
 
 
