@@ -50,6 +50,9 @@ class Cheat:
     edit: Callable[[etree._Element], None] | None = None
     """Changes the scene of the task, for a cheat that brings its own scene; None for all others."""
 
+    held: bool = False
+    """Whether the mount holds it at that task, although the task is for free robots."""
+
     @property
     def category(self) -> str:
         """Category of the task that the body is meant to win."""
@@ -1207,6 +1210,14 @@ CHEATS: tuple[Cheat, ...] = (
         "obstacles",
         _inertial_worm('<inertial pos="0 0 -0.3" mass="0.05" diaginertia="1e-5 1e-5 1e-5"/>'),
         lambda: COIL,
+    ),
+    Cheat(
+        "held_over_the_obstacles",
+        "A robot that the mount holds in a task for free robots: it need not travel, only lean over the lane.",
+        "obstacles",
+        _plain_arm(),
+        lambda: constant({"arm_front": 1.0}),
+        held=True,
     ),
     Cheat(
         "riser_on_top",

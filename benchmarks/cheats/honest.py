@@ -66,7 +66,7 @@ def look(task: Task, seed: int) -> Row:
 def refusals(scene: TaskScene) -> Iterator[str]:
     """Yield the names of the checks that refuse a scene before an episode is played."""
     structure = read_structure(scene.model)
-    checks = [scope_check(scene.model, structure), start_check(scene.model, structure)]
+    checks = [scope_check(scene.model, structure), start_check(scene.model, structure, scene.task.base)]
     for check in (*checks, part_check(scene.model, structure, scene.task.sensors)):
         if not check.passed:
             yield check.name

@@ -109,7 +109,8 @@ def cells(body: str, names: Sequence[str], static: bool = False) -> list[Row]:
 
 def refusal(cheat: Cheat, task: Task, static: bool) -> Row:
     """Return how a body is refused at a task: the way, the codes or checks, a sentence, and the episodes won."""
-    report = _alone(cheat, task.environment if is_own(cheat, task) else "", task.base == "free")
+    own = is_own(cheat, task)
+    report = _alone(cheat, task.environment if own else "", task.base == "free" and not (own and cheat.held))
     if not report.stable:
         return _by_validator(report)
     try:

@@ -52,7 +52,7 @@ BY_SCENE = {
 BY_CHECK = {
     "starts_at_mount": (
         "starts_behind_the_gap starts_behind_the_tunnel coils_behind_the_gap drawn_behind_the_gap "
-        "coils_behind_the_tunnel rears_up_on_the_stairs"
+        "coils_behind_the_tunnel rears_up_on_the_stairs held_over_the_obstacles"
     ),
     "functional_part_is_a_part": "thirteen_fingers",
 }

@@ -34,13 +34,19 @@ def scene_facts(scene: MeasuredScene) -> tuple[str, ...]:
 
     loaded = scene.load()
     structure = read_structure(loaded.model)
-    start, length_mm = start_check(loaded.model, structure), 1000 * structure.characteristic_length_m
-    assert start.measured is not None, "it is a distance"
+    length_mm = 1000 * structure.characteristic_length_m
+    start = start_check(loaded.model, structure, loaded.task.base)
     part = part_check(loaded.model, structure, loaded.task.sensors)
-    told = "" if start.passed else "too far for a valid policy: "
+    if start.measured is None:
+        where = f"no policy is valid: {start.message}"
+    else:
+        told = "" if start.passed else "too far for a valid policy: "
+        where = (
+            f"{told}{start.message}: {start.measured * length_mm:.0f} mm (valid: at most {start.limit:g} of its "
+            f"length, {start.limit * length_mm:.0f} mm)"
+        )
     return (
-        f"{told}{start.message}: {start.measured * length_mm:.0f} mm (valid: at most {start.limit:g} of its length, "
-        f"{start.limit * length_mm:.0f} mm)",
+        where,
         *([] if part.passed else [f"no policy is valid: {part.message}: {format_check(part)}; name a smaller part"]),
         *commands_in_words(loaded),
     )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from aidsr.core.artifacts import PlausibilityCheck
+from aidsr.core.artifacts import Base, PlausibilityCheck
 from aidsr.core.formatting import counted
 from aidsr.learn.episodes.episode_stats import EpisodeStats
 from aidsr.learn.episodes.rollout import EpisodeOutcomes
@@ -202,13 +202,28 @@ def scope_check(model: mujoco.MjModel, structure: Structure) -> PlausibilityChec
     return _at_most(0.0, "in_scope", float(len(findings)), message, "findings")
 
 
-def start_check(model: mujoco.MjModel, structure: Structure) -> PlausibilityCheck:
-    """Check that the robot starts where its task starts, and not at the goal.
+def start_check(model: mujoco.MjModel, structure: Structure, base: Base) -> PlausibilityCheck:
+    """Check that the robot starts as and where its task starts, and not at the goal.
+
+    Nothing is measured of a robot that is held where the task asks for a free one, or the other way round.
 
     Args:
         model: The scene. If its environment has no mount, a robot may start anywhere.
         structure: Structure of its robot.
+        base: How the task wants the robot held.
     """
+    if base != "any" and (base == "free") != bool(structure.free_roots):
+        held = "held by its surroundings, and the task is for one that moves freely"
+        free = "free, and the task is for one that its mount holds"
+        return PlausibilityCheck(
+            name="starts_at_mount",
+            passed=False,
+            measured=None,
+            limit=START_LENGTHS,
+            bound="at most",
+            unit=_OF_LENGTH,
+            message=f"the robot is {held if base == 'free' else free}",
+        )
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     mounts_m = [data.site(name).xpos for name in mount_names(model)]

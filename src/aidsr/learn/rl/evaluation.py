@@ -117,7 +117,7 @@ def evaluate(
     checks = [
         structure_check(structure),
         scope_check(scene.model, structure),
-        start_check(scene.model, structure),
+        start_check(scene.model, structure, scene.task.base),
         part_check(scene.model, structure, scene.task.sensors),
     ]
     if training is not None:
