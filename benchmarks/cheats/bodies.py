@@ -463,10 +463,10 @@ def _coil(ahead_m: float = 0.0, *, links: int = 10, stiffness: float = 0.03, pul
 COIL = constant({"worm_front": 1.0, "worm_back": -1.0})
 
 
-def _inertial_worm(inertial: str) -> str:
-    """A soft worm on a plate with an <inertial> of its own."""
+def _inertial_worm(inertial: str = "", plate: str = "") -> str:
+    """A soft worm on a plate with an <inertial> of its own, or further attributes of the plate."""
     worm = chain("worm", 'pos="0.03 0 0.009" euler="0 90 0"', links=6, link_m=0.03, radius_m=0.008, stiffness=0.15)
-    return worm.document(f'{inertial}<geom name="plate" type="box" size="0.03 0.03 0.008" pos="0 0 0.009"/>')
+    return worm.document(f'{inertial}<geom name="plate" type="box" size="0.03 0.03 0.008" pos="0 0 0.009" {plate}/>')
 
 
 # --- on a mount ---
@@ -1209,6 +1209,27 @@ CHEATS: tuple[Cheat, ...] = (
         "The same worm, its plate's mass 0.3 m below the plate, where nothing of the robot is: it cannot be tipped.",
         "obstacles",
         _inertial_worm('<inertial pos="0 0 -0.3" mass="0.05" diaginertia="1e-5 1e-5 1e-5"/>'),
+        lambda: COIL,
+    ),
+    Cheat(
+        "damped_worm",
+        "The same worm, whose free joint is damped: it floats as in honey, and does not fall into the gap.",
+        "gap",
+        _inertial_worm().replace('<geom name="plate"', '<joint type="free" damping="5"/><geom name="plate"'),
+        lambda: COIL,
+    ),
+    Cheat(
+        "conveyor_worm",
+        "The same worm, whose plate has a surface that runs backwards like a conveyor belt.",
+        "flat_ground",
+        _inertial_worm(plate='surfacevel="-0.1 0 0 0 0 0"'),
+        lambda: idle,
+    ),
+    Cheat(
+        "sticky_worm",
+        "The same worm, whose plate sticks to the slope.",
+        "incline",
+        _inertial_worm(plate='adhesion="5"'),
         lambda: COIL,
     ),
     Cheat(

@@ -33,7 +33,8 @@ BY_CODE = {
     ),
     "wheel": "crank_engine wheels_on_necks weight_clock wound_wheels limit_cart cable_piston_sled tilted_world",
     "thruster": "jet_puck jet_over_gap",
-    "adhesion": "sticky_pad sticky_pad_in_space",
+    "adhesion": "sticky_pad sticky_pad_in_space sticky_worm",
+    "moving_surface": "conveyor_worm",
     "loaded_spring": "spring_jaws heavy_spring_jaws spring_umbrella spring_pin",
     "ghost_shape": "ghost_rope ghost_arm stacked_ghost_arm",
     "few_bent_joints": "knuckle_jaws one_hinge_arm integrator_arm clipped_filter_arm one_soft_hinge_arm",
@@ -42,7 +43,7 @@ BY_CODE = {
     "mostly_rigid": "heavy_hoop passive_petals limp_rope basket rigid_rod rod_on_mount rigid_hook",
 }
 """Bodies by the code of scope that says what they are."""
-BY_PHYSICS = {"implausible_inertia": "gyro_worm keel_worm"}
+BY_PHYSICS = {"implausible_inertia": "gyro_worm keel_worm", "free_joint_resists": "damped_worm"}
 """Bodies by the code of physics."""
 BY_SCENE = {
     "tendon belt is none of the environment": "belted_crank",

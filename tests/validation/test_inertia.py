@@ -50,3 +50,15 @@ def test_a_body_without_shapes_has_the_room_of_its_neighbours():
     assert not _faults('<geom name="g6"/>' + ring.format("0", "1e-6 1e-6 1e-6"))
     assert _faults('<geom name="g6"/>' + ring.format("0.2", "1e-6 1e-6 1e-6"))
     assert _faults('<geom name="g6"/>' + ring.format("0", "1e-3 1e-3 1e-3"))
+
+
+@pytest.mark.parametrize("attribute", ["stiffness", "damping", "frictionloss", "armature"])
+def test_a_free_joint_that_resists_is_found(attribute):
+    free = EXAMPLE_ARM.replace('<body name="base">', f'<body name="base"><joint type="free" {attribute}="0.1"/>')
+    (fault,) = validate(free, select=["free_joint_resists"], mount="free").faults
+    assert attribute in fault.message
+
+
+def test_a_free_joint_without_defaults_is_free():
+    free = EXAMPLE_ARM.replace('<body name="base">', '<body name="base"><freejoint/>')
+    assert not validate(free, select=["free_joint_resists"], mount="free").faults

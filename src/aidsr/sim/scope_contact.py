@@ -1,4 +1,4 @@
-"""Scope checks of contact: the robot must touch its surroundings and not pass through them."""
+"""Scope checks of contact: the robot must touch its surroundings, and not pass through, stick to or run on them."""
 
 from __future__ import annotations
 
@@ -144,6 +144,18 @@ def find_margins(reader: ScopeReader) -> Iterator[ScopeFinding]:
         share = max(margins_m.values()) / reader.length_m
         message = "pushes what is still away from it"
         yield ScopeFinding("contact_margin", message, names, share, MARGIN_SHARE, whole=reader.length_m, whole_unit="m")
+
+
+def find_surfaces(reader: ScopeReader) -> Iterator[ScopeFinding]:
+    """Find geoms whose surface runs as a conveyor belt does, or sticks to what it touches."""
+    model = reader.model
+    for code, values, message in (
+        ("moving_surface", np.abs(model.geom_surfacevel).max(axis=1, initial=0.0), "runs like a conveyor belt"),
+        ("adhesion", np.asarray(model.geom_adhesion), "sticks to what it touches"),
+    ):
+        if found := [g for g in reader.structure.geoms if values[g] != 0]:
+            names = tuple(dict.fromkeys(reader.geom(g) for g in found))
+            yield ScopeFinding(code, message, names, len(names), 0, "shapes")
 
 
 def _begins_on_mount(reader: ScopeReader, body: int, other: int) -> bool:

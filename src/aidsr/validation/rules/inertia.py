@@ -1,4 +1,4 @@
-"""Rule for bodies whose inertia does not fit their shape."""
+"""Rules for inertia and resistance from nowhere: of no shape of a body, or of a free joint."""
 
 from __future__ import annotations
 
@@ -103,5 +103,41 @@ IMPLAUSIBLE_INERTIA = Rule(
                 '<geom name="g6"/><inertial pos="0 0 0.0125" mass="0.01" diaginertia="1e-3 1e-3 1e-6"/>',
             ),
         )
+    ),
+)
+
+
+def _find_resisting_free_joints(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find free joints with a spring, damping, friction or armature."""
+    model = robot.model
+    found: dict[str, list[str]] = {}
+    for root in robot.structure.free_roots:
+        joint = int(model.body_jntadr[root])
+        dofs = slice(int(model.jnt_dofadr[joint]), int(model.jnt_dofadr[joint]) + 6)
+        values = {
+            "stiffness": (model.jnt_stiffness[joint], model.jnt_stiffnesspoly[joint]),
+            "damping": (model.dof_damping[dofs], model.dof_dampingpoly[dofs]),
+            "frictionloss": (model.dof_frictionloss[dofs],),
+            "armature": (model.dof_armature[dofs],),
+        }
+        if has := [name for name, given in values.items() if any(np.any(one) for one in given)]:
+            found[robot.joint(joint)] = has
+    if found:
+        words = ", ".join(dict.fromkeys(word for has in found.values() for word in has))
+        yield FREE_JOINT_RESISTS.fault(f"a free joint with {words}", names=tuple(found), measured=len(found), limit=0)
+
+
+FREE_JOINT_RESISTS = Rule(
+    code="free_joint_resists",
+    stage=Stage.RANGES,
+    finds="A free joint has a spring, damping, friction or armature.",
+    why="These act between the robot and the world, where nothing is: they keep it upright or hold it in the air.",
+    limit="free joints with stiffness, damping, frictionloss or armature: 0",
+    check=_find_resisting_free_joints,
+    unit="free joints",
+    cure='Write <freejoint/>, which takes no defaults, instead of <joint type="free"/>.',
+    example=Example(
+        (('<body name="base">', '<body name="base" pos="0 0 0.0215">\n      <joint type="free" damping="5"/>'),),
+        {"mount": "free"},
     ),
 )

@@ -1,4 +1,4 @@
-"""Scope rules for contacts: margins, shapes without collision, and contact exclusions."""
+"""Scope rules for contacts: margins, shapes without collision, running surfaces, and contact exclusions."""
 
 from __future__ import annotations
 
@@ -33,6 +33,19 @@ GHOST_SHAPE = Rule(
     example=Example(
         (('pos="0 0 0.0125" mass="0.01"/>', 'pos="0 0 0.0125" mass="0.01" contype="0" conaffinity="0"/>'),)
     ),
+)
+
+MOVING_SURFACE = Rule(
+    code="moving_surface",
+    stage=Stage.SCOPE,
+    finds="A shape of the robot has a surface that runs, as a conveyor belt does.",
+    why="It drives the robot over the ground, or moves what it touches, without an actuator and without a body that "
+    "moves.",
+    limit="shapes of the robot with surfacevel: 0",
+    check=find_out_of_scope_faults,
+    unit="shapes",
+    cure="Leave surfacevel out.",
+    example=Example((('<geom name="g6"/>', '<geom name="g6" surfacevel="0 0 0.1 0 0 0"/>'),)),
 )
 
 CONTACT_EXCLUDED = Rule(
