@@ -929,6 +929,22 @@ def sweep() -> Rule:
     }
 
 
+def _tall_limb() -> str:
+    """A limb of 1.6 m that stands on a small foot."""
+    limb = chain(
+        "limb",
+        'pos="0 0 0.03"',
+        links=10,
+        link_m=0.16,
+        radius_m=0.012,
+        stiffness=90.0,
+        pull_n=60.0,
+        damping=4.5,
+        geom='density="300"',
+    )
+    return limb.document('<geom name="foot" type="box" size="0.05 0.05 0.01" pos="0 0 0.01" density="800"/>')
+
+
 def _plain_arm() -> str:
     """A soft arm with cables on a plate: only its scene is a cheat."""
     arm = chain("arm", 'pos="0 0 0.01"', links=8, link_m=0.03, radius_m=0.008, stiffness=0.3, pull_n=6.0)
@@ -1210,6 +1226,13 @@ CHEATS: tuple[Cheat, ...] = (
         "obstacles",
         _inertial_worm('<inertial pos="0 0 -0.3" mass="0.05" diaginertia="1e-5 1e-5 1e-5"/>'),
         lambda: COIL,
+    ),
+    Cheat(
+        "falling_limb",
+        "A limb 1.6 m tall leans forward, falls over and lies past the first obstacle; a higher one lies past both.",
+        "obstacles",
+        _tall_limb(),
+        lambda: constant({"limb_front": 1.0, "limb_back": -1.0}),
     ),
     Cheat(
         "damped_worm",

@@ -56,6 +56,7 @@ BY_CHECK = {
         "coils_behind_the_tunnel rears_up_on_the_stairs held_over_the_obstacles"
     ),
     "functional_part_is_a_part": "thirteen_fingers",
+    "starts_low": "falling_limb",
 }
 
 

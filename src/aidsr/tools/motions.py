@@ -28,8 +28,9 @@ def scene_facts(scene: MeasuredScene) -> tuple[str, ...]:
         UserError: Nothing can be commanded, or the scene does not belong to its task.
         MjcfError: The scene cannot be loaded.
     """
-    from aidsr.learn.episodes.plausibility import part_check, start_check
+    from aidsr.learn.episodes.plausibility import height_check, part_check, start_check
     from aidsr.sim.structure import read_structure
+    from aidsr.tasks.locomotion.base import LaneTask
     from aidsr.tools.commands import commands_in_words
 
     loaded = scene.load()
@@ -37,6 +38,8 @@ def scene_facts(scene: MeasuredScene) -> tuple[str, ...]:
     length_mm = 1000 * structure.characteristic_length_m
     start = start_check(loaded.model, structure, loaded.task.base)
     part = part_check(loaded.model, structure, loaded.task.sensors)
+    high = height_check(loaded.model, structure)
+    too_high = isinstance(loaded.task, LaneTask) and not high.passed
     if start.measured is None:
         where = f"no policy is valid: {start.message}"
     else:
@@ -47,6 +50,7 @@ def scene_facts(scene: MeasuredScene) -> tuple[str, ...]:
         )
     return (
         where,
+        *([f"no policy is valid: {high.message}: {format_check(high)}"] if too_high else []),
         *([] if part.passed else [f"no policy is valid: {part.message}: {format_check(part)}; name a smaller part"]),
         *commands_in_words(loaded),
     )

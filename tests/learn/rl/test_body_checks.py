@@ -9,7 +9,7 @@ pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
 from aidsr.core.artifacts import Placement, Robot
 from aidsr.core.formatting import format_check
-from aidsr.learn.episodes.plausibility import necessity_check, part_check, start_check
+from aidsr.learn.episodes.plausibility import height_check, necessity_check, part_check, start_check
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.evaluation import body_checks, rollout_with_stats
 from aidsr.mjcf.compile import compile_mjcf
@@ -214,3 +214,15 @@ def test_a_hub_that_carries_all_is_no_functional_part_where_only_its_touch_count
     placement = Placement(mount="mount", base="fixed")
     model = compile_mjcf(assemble(robot, task.environment, placement, task.sensors).mjcf)
     assert part_check(model, read_structure(model), task.sensors).passed == passed
+
+
+@pytest.mark.parametrize(("raised_m", "passed"), [(0.0, True), (0.6, False)])
+def test_a_robot_that_travels_starts_low(raised_m, passed):
+    mast = f'<geom type="capsule" size="0.005" mass="0.01" fromto="0 0 0 0 0 {raised_m + 0.01}"/>'
+    text = rover().replace("<freejoint/>", f"<freejoint/>{mast}", 1)
+    assert text != rover()
+    task = load_task("flat_ground")
+    robot = Robot(mjcf=text, functional_part="chassis")
+    model = compile_mjcf(assemble(robot, task.environment, Placement(mount="mount", base="free"), task.sensors).mjcf)
+    check = height_check(model, read_structure(model))
+    assert (check.name, check.passed) == ("starts_low", passed)

@@ -20,6 +20,7 @@ from aidsr.learn.episodes.plausibility import (
     FEWEST_SUCCESSES,
     behavior_checks,
     exploit_check,
+    height_check,
     necessity_check,
     nothing_to_check,
     part_check,
@@ -38,6 +39,7 @@ from aidsr.sim.deactivate import other_actuators, with_locked_soft_body, without
 from aidsr.sim.numerics import at_half_the_time_step, with_other_integrators
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import BENCHMARK_VERSION, Split, Variation
+from aidsr.tasks.locomotion.base import LaneTask
 from aidsr.tasks.readings import FloatArray
 
 LEAST_EPISODES = 20
@@ -120,6 +122,8 @@ def evaluate(
         start_check(scene.model, structure, scene.task.base),
         part_check(scene.model, structure, scene.task.sensors),
     ]
+    if isinstance(scene.task, LaneTask):
+        checks.append(height_check(scene.model, structure))
     if training is not None:
         checks.append(training_check(training.episodes, training.diverged_episodes))
     checks += motion_checks(scene, policy, rolled, indices, threads=threads, smoothing=smoothing)
