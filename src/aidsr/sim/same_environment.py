@@ -194,10 +194,10 @@ def _differences(scene: _Environment, wanted: _Environment) -> Iterator[str]:
                 ends = " and ".join(scene.refers_to(kind, mine))
                 yield f"{_WORDS.get(kind, kind)} {wanted.name(kind, theirs)} refers to {ends}"
     for field in ("qpos0", "qpos_spring"):
-        right = wanted.rest(field)
-        for name, present in scene.rest(field).items():
-            if name in right and not np.allclose(present, right[name], rtol=_RELATIVE, atol=_ABSOLUTE):
-                yield f"joint {name} has {field} {_numbers(present)}, not {_numbers(right[name])}"
+        asked = wanted.rest(field)
+        for name, found in scene.rest(field).items():
+            if name in asked and not np.allclose(found, asked[name], rtol=_RELATIVE, atol=_ABSOLUTE):
+                yield f"joint {name} has {field} {_numbers(found)}, not {_numbers(asked[name])}"
     if scene.contacts() != wanted.contacts():
         yield "its pairs of contact or exclusions of contact differ"
 
