@@ -50,6 +50,8 @@ class Cheat:
     edit: Callable[[etree._Element], None] | None = None
     """Changes the scene of the task, for a cheat that brings its own scene; None for all others."""
 
+    only_own: bool = False
+    """Whether it cheats only at that task, because elsewhere its scene, its start or its free joint is another."""
     held: bool = False
     """Whether the mount holds it at that task, although the task is for free robots."""
 
@@ -947,7 +949,7 @@ def _tall_limb() -> str:
 
 def _plain_arm() -> str:
     """A soft arm with cables on a plate: only its scene is a cheat."""
-    arm = chain("arm", 'pos="0 0 0.01"', links=8, link_m=0.03, radius_m=0.008, stiffness=0.3, pull_n=6.0)
+    arm = chain("arm", 'pos="0 0 0.01"', links=6, link_m=0.02, radius_m=0.008, stiffness=0.3, pull_n=6.0)
     return arm.document('<geom name="plate" type="cylinder" size="0.02 0.004"/>')
 
 
@@ -1219,6 +1221,7 @@ CHEATS: tuple[Cheat, ...] = (
         "gap",
         _inertial_worm('<inertial pos="0 0 0.009" mass="0.05" diaginertia="100 100 0.001"/>'),
         lambda: COIL,
+        only_own=True,
     ),
     Cheat(
         "keel_worm",
@@ -1226,6 +1229,7 @@ CHEATS: tuple[Cheat, ...] = (
         "obstacles",
         _inertial_worm('<inertial pos="0 0 -0.3" mass="0.05" diaginertia="1e-5 1e-5 1e-5"/>'),
         lambda: COIL,
+        only_own=True,
     ),
     Cheat(
         "falling_limb",
@@ -1233,6 +1237,7 @@ CHEATS: tuple[Cheat, ...] = (
         "obstacles",
         _tall_limb(),
         lambda: constant({"limb_front": 1.0, "limb_back": -1.0}),
+        only_own=True,
     ),
     Cheat(
         "damped_worm",
@@ -1240,6 +1245,7 @@ CHEATS: tuple[Cheat, ...] = (
         "gap",
         _inertial_worm().replace('<geom name="plate"', '<joint type="free" damping="5"/><geom name="plate"'),
         lambda: COIL,
+        only_own=True,
     ),
     Cheat(
         "conveyor_worm",
@@ -1262,6 +1268,7 @@ CHEATS: tuple[Cheat, ...] = (
         _plain_arm(),
         lambda: constant({"arm_front": 1.0}),
         held=True,
+        only_own=True,
     ),
     Cheat(
         "riser_on_top",
@@ -1538,6 +1545,7 @@ CHEATS: tuple[Cheat, ...] = (
         _plain_arm(),
         lambda: constant({"arm_front": 1.0}),
         edit=_belted,
+        only_own=True,
     ),
     Cheat(
         "geared_crank",
@@ -1546,6 +1554,7 @@ CHEATS: tuple[Cheat, ...] = (
         _plain_arm(),
         lambda: constant({"arm_front": 1.0}),
         edit=_geared,
+        only_own=True,
     ),
     Cheat(
         "glued_jaws",

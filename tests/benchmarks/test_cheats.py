@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from benchmarks.cheats.bodies import CHEATS
 from benchmarks.cheats.honest import FOUND, look, refusals
-from benchmarks.cheats.matrix import PAGE, current, page
+from benchmarks.cheats.matrix import PAGE, current, page, tried_at
 from benchmarks.cheats.parts import Player, constant
 from benchmarks.cheats.playing import lift_m, place, play
 from benchmarks.cheats.wins import BEFORE, fingerprint, read_rows
@@ -159,7 +159,10 @@ def test_whatever_decides_a_verdict_changes_the_fingerprint(change):
 
 def test_every_cell_is_decided_for_the_bodies_of_today():
     assert {(row["body"], row["task"]) for row in current()} == {
-        (name, task.rpartition("/")[2]) for name in BY_NAME for task in TASKS
+        (cheat.name, name)
+        for cheat in CHEATS
+        for name in (task.rpartition("/")[2] for task in TASKS)
+        if tried_at(cheat, name)
     }
 
 
