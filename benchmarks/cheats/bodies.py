@@ -6,8 +6,9 @@ All are physically stable. `tail` is the decoration that made such a body pass a
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from benchmarks.cheats.parts import (
@@ -48,6 +49,11 @@ class Cheat:
     """Position of the body in the mount's frame [m]."""
     edit: Callable[[etree._Element], None] | None = None
     """Changes the scene of the task, for a cheat that brings its own scene; None for all others."""
+
+    only_own: bool = False
+    """Whether it cheats only at that task, because elsewhere its scene, its start or its free joint is another."""
+    held: bool = False
+    """Whether the mount holds it at that task, although the task is for free robots."""
 
     @property
     def category(self) -> str:
@@ -458,6 +464,13 @@ def _coil(ahead_m: float = 0.0, *, links: int = 10, stiffness: float = 0.03, pul
 
 COIL = constant({"worm_front": 1.0, "worm_back": -1.0})
 
+
+def _inertial_worm(inertial: str = "", plate: str = "") -> str:
+    """A soft worm on a plate with an <inertial> of its own, or further attributes of the plate."""
+    worm = chain("worm", 'pos="0.03 0 0.009" euler="0 90 0"', links=6, link_m=0.03, radius_m=0.008, stiffness=0.15)
+    return worm.document(f'{inertial}<geom name="plate" type="box" size="0.03 0.03 0.008" pos="0 0 0.009" {plate}/>')
+
+
 # --- on a mount ---
 
 _TAIL_UP = 'pos="0.03 0 0" euler="0 90 0"'
@@ -704,8 +717,8 @@ def _rope() -> str:
 DOWN = constant({"feed": 1.0})
 
 
-def _ghost_arm() -> str:
-    """An arm of which only a ball at its tip collides."""
+def _ghost_arm(beside: Parts | None = None) -> str:
+    """An arm of which only a ball at its tip collides, and what is on its plate beside it."""
     arm = chain(
         "arm",
         'pos="0 0 0.01"',
@@ -717,7 +730,16 @@ def _ghost_arm() -> str:
         geom='density="500" contype="0" conaffinity="0"',
         end='<geom name="ball" type="sphere" size="0.009" pos="0 0 0.028"/>',
     )
-    return arm.document('<geom name="plate" type="cylinder" size="0.02 0.004" contype="0" conaffinity="0"/>')
+    both = arm + beside if beside else arm
+    return both.document('<geom name="plate" type="cylinder" size="0.02 0.004" contype="0" conaffinity="0"/>')
+
+
+def _stack() -> Parts:
+    """A small limb of which each link has 15 shapes that collide, all in one place."""
+    limb = chain("stack", 'pos="-0.02 0 0.006" euler="0 -90 0"', radius_m=0.004)
+    shape = re.compile(r'<geom name="(stack_\d+)" ([^>]*)/>')
+    bodies = shape.sub(lambda one: "".join(f'<geom name="{one[1]}_{k}" {one[2]}/>' for k in range(15)), limb.bodies)
+    return replace(limb, bodies=bodies)
 
 
 def _ghost_tip() -> str:
@@ -826,6 +848,16 @@ def _pointer(drive: str, rest: float = 80.0) -> str:
     )
 
 
+def _wound_pointer(attributes: str) -> str:
+    """The arm that bends mostly in one joint, with actuators whose activation ends at 40 N."""
+    general = f'gear="-1" gainprm="1" biastype="none" actlimited="true" actrange="0 40" {attributes}'
+    return re.sub(
+        r'<motor (name="arm_\w+" tendon="arm_\w+") gear="-1" ctrlrange="0 40.0"/>',
+        rf"<general \1 {general}/>",
+        _pointer("cable"),
+    )
+
+
 def point(kind: str) -> Callable[[], Rule]:
     """Return the function that makes the rule for a pointer: turn towards the button and press on.
 
@@ -926,6 +958,28 @@ def sweep() -> Rule:
     }
 
 
+def _tall_limb() -> str:
+    """A limb of 1.6 m that stands on a small foot."""
+    limb = chain(
+        "limb",
+        'pos="0 0 0.03"',
+        links=10,
+        link_m=0.16,
+        radius_m=0.012,
+        stiffness=90.0,
+        pull_n=60.0,
+        damping=4.5,
+        geom='density="300"',
+    )
+    return limb.document('<geom name="foot" type="box" size="0.05 0.05 0.01" pos="0 0 0.01" density="800"/>')
+
+
+def _plain_arm() -> str:
+    """A soft arm with cables on a plate: only its scene is a cheat."""
+    arm = chain("arm", 'pos="0 0 0.01"', links=6, link_m=0.02, radius_m=0.008, stiffness=0.3, pull_n=6.0)
+    return arm.document('<geom name="plate" type="cylinder" size="0.02 0.004"/>')
+
+
 def _force_field() -> str:
     """Cable-driven jaws with a contact margin: their contacts act 10 mm before they touch."""
     return (
@@ -950,6 +1004,16 @@ def _tilted(root: etree._Element) -> None:
 def _welded(root: etree._Element) -> None:
     weld = {"body1": "robot/root", "body2": "object", "solref": "0.05 1", "relpose": "0 0 0.215 0 1 0 0"}
     etree.SubElement(_section(root, "equality"), "weld", weld)
+
+
+def _belted(root: etree._Element) -> None:
+    belt = etree.SubElement(_section(root, "tendon"), "fixed", name="belt", damping="2")
+    etree.SubElement(belt, "joint", joint="crank", coef="1")
+    etree.SubElement(belt, "joint", joint="robot/arm_2_0", coef="-5")
+
+
+def _geared(root: etree._Element) -> None:
+    etree.SubElement(_section(root, "equality"), "joint", joint1="crank", joint2="robot/arm_2_0", polycoef="0 5 0 0 0")
 
 
 def _sticky(root: etree._Element) -> None:
@@ -1178,6 +1242,62 @@ CHEATS: tuple[Cheat, ...] = (
         offset_m=(0.82, 0.0, 0.075),
     ),
     Cheat(
+        "gyro_worm",
+        "A worm whose plate has the moment of inertia of a truck and the weight of a plate: it cannot pitch or roll, "
+        "and slides over the gap without falling in.",
+        "gap",
+        _inertial_worm('<inertial pos="0 0 0.009" mass="0.05" diaginertia="100 100 0.001"/>'),
+        lambda: COIL,
+        only_own=True,
+    ),
+    Cheat(
+        "keel_worm",
+        "The same worm, its plate's mass 0.3 m below the plate, where nothing of the robot is: it cannot be tipped.",
+        "obstacles",
+        _inertial_worm('<inertial pos="0 0 -0.3" mass="0.05" diaginertia="1e-5 1e-5 1e-5"/>'),
+        lambda: COIL,
+        only_own=True,
+    ),
+    Cheat(
+        "falling_limb",
+        "A limb 1.6 m tall leans forward, falls over and lies past the first obstacle; a higher one lies past both.",
+        "obstacles",
+        _tall_limb(),
+        lambda: constant({"limb_front": 1.0, "limb_back": -1.0}),
+        only_own=True,
+    ),
+    Cheat(
+        "damped_worm",
+        "The same worm, whose free joint is damped: it floats as in honey, and does not fall into the gap.",
+        "gap",
+        _inertial_worm().replace('<geom name="plate"', '<joint type="free" damping="5"/><geom name="plate"'),
+        lambda: COIL,
+        only_own=True,
+    ),
+    Cheat(
+        "conveyor_worm",
+        "The same worm, whose plate has a surface that runs backwards like a conveyor belt.",
+        "flat_ground",
+        _inertial_worm(plate='surfacevel="-0.1 0 0 0 0 0"'),
+        lambda: idle,
+    ),
+    Cheat(
+        "sticky_worm",
+        "The same worm, whose plate sticks to the slope.",
+        "incline",
+        _inertial_worm(plate='adhesion="5"'),
+        lambda: COIL,
+    ),
+    Cheat(
+        "held_over_the_obstacles",
+        "A robot that the mount holds in a task for free robots: it need not travel, only lean over the lane.",
+        "obstacles",
+        _plain_arm(),
+        lambda: constant({"arm_front": 1.0}),
+        held=True,
+        only_own=True,
+    ),
+    Cheat(
         "riser_on_top",
         "A block placed on the last step that lifts most of its weight with a jack: it has climbed by what its "
         "centre of "
@@ -1345,6 +1465,15 @@ CHEATS: tuple[Cheat, ...] = (
         part="arm_tip",
     ),
     Cheat(
+        "stacked_ghost_arm",
+        "The same arm beside a small limb whose links have 15 colliding shapes each, all in one place: of the length "
+        "of all shapes, those that collide with nothing are a small part.",
+        "surface_adapting",
+        _ghost_arm(_stack()),
+        lean,
+        part="arm_tip",
+    ),
+    Cheat(
         "thirteen_fingers",
         "Thirteen fingers spread over all places where the button may be: pulling all of them always presses it.",
         "button_pushing",
@@ -1373,6 +1502,23 @@ CHEATS: tuple[Cheat, ...] = (
         "cables that counts as a soft chain.",
         "button_pushing",
         _pointer("cable"),
+        point("cable"),
+        part="arm_tip",
+    ),
+    Cheat(
+        "integrator_arm",
+        "The same arm. Its actuators integrate commands of up to 800, and their activation ends at 40 N: by their "
+        "control range they pull 20 times as hard as they do.",
+        "button_pushing",
+        _wound_pointer('dyntype="integrator" ctrlrange="-80 800"'),
+        point("cable"),
+        part="arm_tip",
+    ),
+    Cheat(
+        "clipped_filter_arm",
+        "The same arm, with filters for integrators.",
+        "button_pushing",
+        _wound_pointer('dyntype="filter" dynprm="0.1" ctrlrange="0 800"'),
         point("cable"),
         part="arm_tip",
     ),
@@ -1426,6 +1572,25 @@ CHEATS: tuple[Cheat, ...] = (
         lambda: idle,
         part="grip",
         edit=_welded,
+    ),
+    Cheat(
+        "belted_crank",
+        "An honest arm, and a scene of its own whose fixed tendon is a damped belt from a joint of the arm to the "
+        "crank.",
+        "crank_turning",
+        _plain_arm(),
+        lambda: constant({"arm_front": 1.0}),
+        edit=_belted,
+        only_own=True,
+    ),
+    Cheat(
+        "geared_crank",
+        "The same, with a joint equality for a belt.",
+        "crank_turning",
+        _plain_arm(),
+        lambda: constant({"arm_front": 1.0}),
+        edit=_geared,
+        only_own=True,
     ),
     Cheat(
         "glued_jaws",

@@ -17,11 +17,12 @@ from typing import Any
 from aidsr import validate
 from aidsr.core.artifacts import Robot
 from aidsr.core.provenance import commit
-from aidsr.learn.episodes.plausibility import part_check, scope_check, start_check
+from aidsr.learn.episodes.plausibility import height_check, part_check, scope_check, start_check
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.sim.assembly import assemble
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import BENCHMARK_VERSION, TASKS, Task, load_task
+from aidsr.tasks.locomotion.base import LaneTask
 from aidsr.teams import rules as builtin
 
 FOUND = Path(__file__).parent / "honest.jsonl"
@@ -66,7 +67,9 @@ def look(task: Task, seed: int) -> Row:
 def refusals(scene: TaskScene) -> Iterator[str]:
     """Yield the names of the checks that refuse a scene before an episode is played."""
     structure = read_structure(scene.model)
-    checks = [scope_check(scene.model, structure), start_check(scene.model, structure)]
+    checks = [scope_check(scene.model, structure), start_check(scene.model, structure, scene.task.base)]
+    if isinstance(scene.task, LaneTask):
+        checks.append(height_check(scene.model, structure))
     for check in (*checks, part_check(scene.model, structure, scene.task.sensors)):
         if not check.passed:
             yield check.name

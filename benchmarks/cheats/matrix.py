@@ -4,9 +4,9 @@
     make cheats STATIC=1
 
 Each cell (a body at a task) is decided by the cheapest test that refuses it: first the placement and the validator,
-then simple rules on 4 episodes. A rule that wins one of them is evaluated on 20. results.jsonl keeps a line for each
-cell with the commit of the code; decided cells are not decided again without `--again`. results.md is made from
-results.jsonl. `--static` stops before playing.
+then the checks of the evaluation that need no episode, then simple rules on 4 episodes. A rule that wins one of them is
+evaluated on 20. results.jsonl keeps a line for each cell with the commit of the code; decided cells are not decided
+again without `--again`. results.md is made from results.jsonl. `--static` stops before playing.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.cheats.bodies import CHEATS, Cheat
-from benchmarks.cheats.honest import FOUND
+from benchmarks.cheats.honest import FOUND, refusals
 from benchmarks.cheats.parts import Player
 from benchmarks.cheats.playing import is_own, place, play, rules
 from benchmarks.cheats.wins import BEFORE, fingerprint, read_rows
@@ -47,6 +47,7 @@ WAYS = {
     "scope": "the validator: it is out of scope",
     "physics": "the validator: its physics does not hold",
     "scene": "its scene is not one of the task",
+    "start": "a check of the evaluation that needs no episode",
     "evaluation": "it wins, and the evaluation does not believe it",
     "unsuccessful": "none of its rules wins half of the episodes",
     "undecided": "not played",
@@ -70,7 +71,11 @@ def main() -> None:
     todo = [
         (
             cheat.name,
-            [name for name in asked.tasks if (cheat.name, fingerprint(cheat), name) not in known],
+            [
+                name
+                for name in asked.tasks
+                if (cheat.name, fingerprint(cheat), name) not in known and tried_at(cheat, name)
+            ],
             asked.static,
         )
         for cheat in CHEATS
@@ -81,6 +86,11 @@ def main() -> None:
             with RESULTS.open("a", encoding="utf-8") as file:
                 file.writelines(json.dumps(row) + "\n" for row in rows)
     PAGE.write_text(page(), encoding="utf-8")
+
+
+def tried_at(cheat: Cheat, task: str) -> bool:
+    """Return whether a body is tried at a task."""
+    return not cheat.only_own or task == cheat.task
 
 
 def key(row: Row) -> tuple[str, str, str]:
@@ -109,7 +119,8 @@ def cells(body: str, names: Sequence[str], static: bool = False) -> list[Row]:
 
 def refusal(cheat: Cheat, task: Task, static: bool) -> Row:
     """Return how a body is refused at a task: the way, the codes or checks, a sentence, and the episodes won."""
-    report = _alone(cheat, task.environment if is_own(cheat, task) else "", task.base == "free")
+    own = is_own(cheat, task)
+    report = _alone(cheat, task.environment if own else "", task.base == "free" and not (own and cheat.held))
     if not report.stable:
         return _by_validator(report)
     try:
@@ -127,6 +138,8 @@ def refusal(cheat: Cheat, task: Task, static: bool) -> Row:
         scene = TaskScene.of(mjcf, task, grouping="off")
     except UserError as error:
         return {"how": "scene", "codes": [], "sentence": str(error)}
+    if codes := list(refusals(scene)):
+        return {"how": "start", "codes": codes, "sentence": "refused before an episode is played"}
     return {"how": "undecided", "codes": [], "sentence": ""} if static else _by_playing(cheat, task, scene)
 
 
@@ -249,13 +262,13 @@ def _called(row: Row) -> str:
 
 def _grid(rows: dict[tuple[str, str], Row]) -> list[str]:
     names = [name.rpartition("/")[2] for name in TASKS]
-    marks = {"evaluation": "e", "unsuccessful": "u", "NOT REFUSED": "**!**"}
+    marks = {"start": "e", "evaluation": "e", "unsuccessful": "u", "NOT REFUSED": "**!**"}
     marks |= {"scope": "s", "physics": "p", "placement": "o", "scene": "o"}
     lines = [
         "## All at all tasks",
         "",
         "s: the validator, out of scope; p: the validator, physics; o: it cannot be placed, or its scene is not one of "
-        "the task; e: the evaluation; u: no rule wins half of the episodes; !: not refused; empty: not decided.",
+        "the task; e: the evaluation; u: no rule wins half of the episodes; !: not refused; empty: not tried.",
         "",
         "| body | " + " | ".join(name.replace("_", " ") for name in names) + " |",
         "|---|" + "---|" * len(names),

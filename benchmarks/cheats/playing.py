@@ -28,7 +28,8 @@ def place(cheat: Cheat, task: Task) -> str:
     Raises:
         MjcfError: The body cannot be placed.
     """
-    free, own = task.base == "free", is_own(cheat, task)
+    own = is_own(cheat, task)
+    free = task.base == "free" and not (own and cheat.held)
     x, y, z = cheat.offset_m if own else (0.0, 0.0, 0.0)
     position_m = (x, y, z + (lift_m(cheat.mjcf) if free else 0.0))
     placement = Placement(mount="mount", base="free" if free else "fixed", position_m=position_m)

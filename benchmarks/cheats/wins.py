@@ -55,7 +55,7 @@ def read_rows(path: Path) -> list[Row]:
 @cache
 def fingerprint(cheat: Cheat) -> str:
     """Return a short hash of all that a verdict depends on: MJCF, part, offset, rule and edit of the scene."""
-    parts = (cheat.mjcf, cheat.part, repr(cheat.offset_m), _commands(cheat), _edits(cheat))
+    parts = (cheat.mjcf, cheat.part, repr(cheat.offset_m), _commands(cheat), _edits(cheat), *["held"] * cheat.held)
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:12]
 
 

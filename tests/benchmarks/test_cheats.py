@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from benchmarks.cheats.bodies import CHEATS
 from benchmarks.cheats.honest import FOUND, look, refusals
-from benchmarks.cheats.matrix import PAGE, current, page
+from benchmarks.cheats.matrix import PAGE, current, page, tried_at
 from benchmarks.cheats.parts import Player, constant
 from benchmarks.cheats.playing import lift_m, place, play
 from benchmarks.cheats.wins import BEFORE, fingerprint, read_rows
 from benchmarks.episode_clock import EpisodeClock
 
+from aidsr import validate
 from aidsr.core.errors import UserError
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.sim.scope import find_out_of_scope
@@ -32,22 +33,31 @@ BY_CODE = {
     ),
     "wheel": "crank_engine wheels_on_necks weight_clock wound_wheels limit_cart cable_piston_sled tilted_world",
     "thruster": "jet_puck jet_over_gap",
-    "adhesion": "sticky_pad sticky_pad_in_space",
+    "adhesion": "sticky_pad sticky_pad_in_space sticky_worm",
+    "moving_surface": "conveyor_worm",
     "loaded_spring": "spring_jaws heavy_spring_jaws spring_umbrella spring_pin",
-    "ghost_shape": "ghost_rope ghost_arm",
-    "few_bent_joints": "knuckle_jaws one_hinge_arm one_soft_hinge_arm",
+    "ghost_shape": "ghost_rope ghost_arm stacked_ghost_arm",
+    "few_bent_joints": "knuckle_jaws one_hinge_arm integrator_arm clipped_filter_arm one_soft_hinge_arm",
     "contact_margin": "margin_arm",
     "cable_on_linkage": "cable_jaws threaded_jaws force_field welded_object glued_jaws lifts_the_object",
     "mostly_rigid": "heavy_hoop passive_petals limp_rope basket rigid_rod rod_on_mount rigid_hook",
 }
-"""Bodies by the code that says what they are."""
+"""Bodies by the code of scope that says what they are."""
+BY_PHYSICS = {"implausible_inertia": "gyro_worm keel_worm", "free_joint_resists": "damped_worm"}
+"""Bodies by the code of physics."""
+BY_SCENE = {
+    "tendon belt is none of the environment": "belted_crank",
+    "1 elements of the kind equality": "geared_crank",
+}
+"""Bodies by what of their scene is not the task's."""
 BY_CHECK = {
     "starts_at_mount": (
         "starts_behind_the_gap starts_behind_the_tunnel coils_behind_the_gap drawn_behind_the_gap "
-        "coils_behind_the_tunnel rears_up_on_the_stairs"
+        "coils_behind_the_tunnel rears_up_on_the_stairs held_over_the_obstacles"
     ),
     "functional_part_is_a_part": "thirteen_fingers",
     "in_scope": "ghost_tip",
+    "starts_low": "falling_limb",
 }
 
 
@@ -56,7 +66,7 @@ def expected(table):
 
 
 def test_every_body_is_refused_somewhere():
-    named = [name for name, _ in expected(BY_CODE) + expected(BY_CHECK)]
+    named = [name for name, _ in expected(BY_CODE) + expected(BY_PHYSICS) + expected(BY_SCENE) + expected(BY_CHECK)]
     assert sorted(named) == sorted(BY_NAME)
 
 
@@ -66,6 +76,13 @@ def test_a_body_is_out_of_scope_for_what_it_is(name, code):
     assert code in {finding.code for finding in find_out_of_scope(model, read_structure(model))}
 
 
+@pytest.mark.parametrize(("name", "code"), expected(BY_PHYSICS))
+def test_a_body_is_refused_for_its_physics(name, code):
+    cheat = BY_NAME[name]
+    report = validate(place(cheat, load_task(cheat.task)))
+    assert [fault.code for fault in report.errors] == [code]
+
+
 @pytest.mark.parametrize(("name", "check"), expected(BY_CHECK))
 def test_a_body_is_refused_before_an_episode_is_played(name, check):
     cheat = BY_NAME[name]
@@ -73,9 +90,10 @@ def test_a_body_is_refused_before_an_episode_is_played(name, check):
     assert check in refusals(TaskScene.of(place(cheat, task), task, grouping="off"))
 
 
-def test_a_world_of_its_own_is_refused():
-    cheat = BY_NAME["tilted_world"]
-    with pytest.raises(UserError, match="option has gravity"):
+@pytest.mark.parametrize(("name", "words"), [("tilted_world", "option has gravity"), *expected(BY_SCENE)])
+def test_a_scene_of_its_own_is_refused(name, words):
+    cheat = BY_NAME[name]
+    with pytest.raises(UserError, match=words):
         TaskScene.of(place(cheat, load_task(cheat.task)), cheat.task)
 
 
@@ -142,7 +160,10 @@ def test_whatever_decides_a_verdict_changes_the_fingerprint(change):
 
 def test_every_cell_is_decided_for_the_bodies_of_today():
     assert {(row["body"], row["task"]) for row in current()} == {
-        (name, task.rpartition("/")[2]) for name in BY_NAME for task in TASKS
+        (cheat.name, name)
+        for cheat in CHEATS
+        for name in (task.rpartition("/")[2] for task in TASKS)
+        if tried_at(cheat, name)
     }
 
 

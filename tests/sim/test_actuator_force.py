@@ -94,3 +94,24 @@ def test_an_orientation_servo_changes_nothing_of_the_other_actuators() -> None:
             np.array([*np.ravel(commands), *np.ravel([pushes[i] for i in ids(model)]), *fidelity, pull.force_n])
         )
     np.testing.assert_allclose(rows[1], rows[0])
+
+
+@pytest.mark.parametrize(
+    ("attributes", "ends"),
+    [
+        ('dyntype="integrator" ctrlrange="-80 800" actlimited="true" actrange="0 40"', (0, -40)),
+        ('dyntype="integrator" ctrlrange="-1 800" actlimited="true" actrange="-30 40"', (30, -40)),
+        ('dyntype="integrator" ctrlrange="0 800" actlimited="true" actrange="-30 40"', (0, -40)),
+        ('dyntype="filter" dynprm="0.1" ctrlrange="0 800" actlimited="true" actrange="0 40"', (0, -40)),
+        ('dyntype="filter" dynprm="0.1" ctrlrange="0 30" actlimited="true" actrange="0 40"', (0, -30)),
+        ('dyntype="muscle" ctrlrange="0 800"', (0, -1)),
+    ],
+)
+def test_a_held_command_pulls_as_hard_as_the_activation_allows(attributes, ends):
+    text = small_arm().replace("<actuator>", f'<actuator><general name="pull" tendon="left" gear="-1" {attributes}/>')
+    model = model_of(text)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    drive = next(one for one in read_drives(model, data, read_structure(model)) if one.actuator == 0)
+    assert (drive.force_low_n, drive.force_high_n) == ends
+    assert end_forces(model, 0, float(data.actuator_length[0]), drive.low, drive.high) == list(ends)

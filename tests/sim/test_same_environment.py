@@ -65,11 +65,34 @@ CHANGES = {
     "exclusion": ("exclusions of contact", lambda spec: _exclude(spec)),
     "second mount": ("site mount_2 is none of", lambda spec: spec.worldbody.add_site(name="mount_2")),
     "actuator": ("actuator helper is none of", lambda spec: _help(spec)),
+    "belt to the robot": ("tendon belt is none of", lambda spec: _belt(spec, "button_slide", "robot/bend")),
+    "damper": ("tendon belt is none of", lambda spec: _belt(spec, "button_slide")),
+    "gear to the robot": ("elements of the kind equality", lambda spec: _hold(spec, "robot/bend")),
+    "reference": ("joint button_slide has qpos0", lambda spec: setattr(spec.joint("button_slide"), "ref", 0.01)),
+    "spring reference": (
+        "joint button_slide has qpos_spring",
+        lambda spec: setattr(spec.joint("button_slide"), "springref", 0.01),
+    ),
+    "switched off": ("option has disableactuator", lambda spec: setattr(spec.option, "disableactuator", 2)),
+    "no solver": ("option has iterations", lambda spec: setattr(spec.option, "iterations", 1)),
+    "no slip": ("option has noslip_iterations", lambda spec: setattr(spec.option, "noslip_iterations", 20)),
+    "conveyor": (
+        "geom floor has surfacevel",
+        lambda spec: setattr(spec.geom("floor"), "surfacevel", [0.1, 0, 0, 0, 0, 0]),
+    ),
+    "glue": ("geom floor has adhesion", lambda spec: setattr(spec.geom("floor"), "adhesion", 5.0)),
 }
 
 
-def _hold(spec):
-    spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1="button_slide", objtype=mujoco.mjtObj.mjOBJ_JOINT)
+def _hold(spec, other=""):
+    joint = mujoco.mjtObj.mjOBJ_JOINT
+    spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1="button_slide", name2=other, objtype=joint)
+
+
+def _belt(spec, *joints):
+    belt = spec.add_tendon(name="belt", damping=[2.0, 0.0, 0.0])
+    for joint in joints:
+        belt.wrap_joint(joint, 1.0)
 
 
 def _exclude(spec):

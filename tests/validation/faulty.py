@@ -308,6 +308,9 @@ SHOWN = (
     "part_in_the_air",
     "fully_actuated",
     "driven_overlap",
+    "implausible_inertia",
+    "actrange_missing",
+    "moving_surface",
 )
 """Codes whose example has that fault and no other."""
 
@@ -323,6 +326,10 @@ BAD = (
     Bad("segments_gap", _gaps),
     *(Bad(code, partial(example, code)) for code in SHOWN),
     Bad("adhesion", partial(example, "adhesion"), warned=("no_effect",)),
+    Bad(
+        "free_joint_resists",
+        lambda: swapped(r"<freejoint[^>]*/>", '<joint type="free" damping="0.01"/>', robots.crawler()),
+    ),
     Bad("ctrlrange_missing", lambda: swapped(r' ctrlrange="[^"]*"', "", arm())),
     Bad("ctrlrange_missing", lambda: swapped(r'ctrlrange="0 [^"]*"', 'ctrlrange="6 0"', arm())),
     Bad("range_inverted_ignored", lambda: swapped(r'range="-45 45"', 'range="45 -45"', arm(), count=2)),

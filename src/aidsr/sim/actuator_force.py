@@ -17,7 +17,7 @@ Vector = NDArray[np.float64]
 
 _FIXED, _AFFINE = int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtGain.mjGAIN_AFFINE)
 _NO_BIAS, _AFFINE_BIAS = int(mujoco.mjtBias.mjBIAS_NONE), int(mujoco.mjtBias.mjBIAS_AFFINE)
-_INTEGRATOR = int(mujoco.mjtDyn.mjDYN_INTEGRATOR)
+_INTEGRATOR, _MUSCLE = int(mujoco.mjtDyn.mjDYN_INTEGRATOR), int(mujoco.mjtDyn.mjDYN_MUSCLE)
 
 
 def output_of(model: mujoco.MjModel, actuator: int) -> int:
@@ -35,6 +35,36 @@ def gear_of(model: mujoco.MjModel, actuator: int) -> Vector:
     return np.asarray(model.actuator_gear[output_of(model, actuator)])
 
 
+def is_integrator(model: mujoco.MjModel, actuator: int) -> bool:
+    """Return whether the command of an actuator is the rate at which its activation changes."""
+    return int(model.actuator_dyntype[actuator]) == _INTEGRATOR
+
+
+def held_activation(model: mujoco.MjModel, actuator: int, command: float) -> float:
+    """Return the activation at which an actuator ends whose command is held for long, from an activation of 0.
+
+    A filter ends at its command, a muscle within 0 to 1, and an integrator at that end of its activation range towards
+    which the command drives it; an integrator without this range never ends, and its command is returned. For an
+    actuator without activation it is the command itself.
+
+    Source: MuJoCo documentation, Computation, "Actuation model", and XML reference, actuator/general/actlimited.
+
+    Args:
+        model: Compiled model.
+        actuator: Actuator id.
+        command: The command.
+    """
+    dynamics = int(model.actuator_dyntype[actuator])
+    if dynamics == _MUSCLE:
+        command = float(np.clip(command, 0.0, 1.0))
+    if not model.actuator_actnum[actuator] or not model.actuator_actlimited[actuator]:
+        return command
+    low, high = map(float, model.actuator_actrange[actuator])
+    if dynamics == _INTEGRATOR and command:
+        return high if command > 0 else low
+    return float(np.clip(command, low, high))
+
+
 def affine_force(model: mujoco.MjModel, actuator: int, length: float) -> tuple[float, float] | None:
     """Return slope and offset of an actuator's force at rest: force before the gear = slope * command + offset.
 
@@ -45,10 +75,13 @@ def affine_force(model: mujoco.MjModel, actuator: int, length: float) -> tuple[f
         actuator: Actuator id.
         length: Length of the actuator, as in `actuator_length`.
     """
+    return None if is_integrator(model, actuator) else _affine(model, actuator, length)
+
+
+def _affine(model: mujoco.MjModel, actuator: int, length: float) -> tuple[float, float] | None:
+    """Return slope and offset of an actuator's force over its input, which is its activation if it has one."""
     gain_type, bias_type = int(model.actuator_gaintype[actuator]), int(model.actuator_biastype[actuator])
     if gain_type not in (_FIXED, _AFFINE) or bias_type not in (_NO_BIAS, _AFFINE_BIAS):
-        return None
-    if int(model.actuator_dyntype[actuator]) == _INTEGRATOR:
         return None
     gain, bias = model.actuator_gainprm[actuator], model.actuator_biasprm[actuator]
     slope = gain[0] + (gain[1] * length if gain_type == _AFFINE else 0.0)
@@ -57,9 +90,9 @@ def affine_force(model: mujoco.MjModel, actuator: int, length: float) -> tuple[f
 
 
 def end_forces(model: mujoco.MjModel, actuator: int, length: float, low: float, high: float) -> list[float] | None:
-    """Return the force of an actuator at rest at two commands, times its gear and within its force range.
+    """Return the force of an actuator at rest with two commands held, times its gear and within its force range.
 
-    None for actuators without an affine force, see `affine_force`.
+    None for actuators whose force is not affine in their length and their input.
 
     Args:
         model: Compiled model.
@@ -68,11 +101,11 @@ def end_forces(model: mujoco.MjModel, actuator: int, length: float, low: float, 
         low: One command.
         high: The other command.
     """
-    law = affine_force(model, actuator, length)
+    law = _affine(model, actuator, length)
     if law is None:
         return None
     slope, offset = law
-    forces = np.array([slope * low + offset, slope * high + offset])
+    forces = np.array([slope * held_activation(model, actuator, command) + offset for command in (low, high)])
     if model.actuator_forcelimited[actuator]:
         forces = np.clip(forces, *model.actuator_forcerange[actuator])
     return list(map(float, forces * gear_of(model, actuator)[0]))
@@ -92,6 +125,6 @@ def servo_target(model: mujoco.MjModel, actuator: int, command: float) -> float 
     bias = model.actuator_biasprm[actuator]
     stiffness = -float(bias[1]) * float(gear_of(model, actuator)[0])
     servo = int(model.actuator_biastype[actuator]) == _AFFINE_BIAS
-    if not servo or int(model.actuator_dyntype[actuator]) == _INTEGRATOR or stiffness == 0:
+    if not servo or is_integrator(model, actuator) or stiffness == 0:
         return None
     return (float(model.actuator_gainprm[actuator, 0]) * command + float(bias[0])) / stiffness

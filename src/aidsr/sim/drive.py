@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from aidsr.sim.actuator_force import affine_force, control_of, output_of
+from aidsr.sim.actuator_force import affine_force, control_of, held_activation, output_of
 from aidsr.sim.structure import Structure
 
 _FILTERS = (int(mujoco.mjtDyn.mjDYN_FILTER), int(mujoco.mjtDyn.mjDYN_FILTEREXACT))
@@ -124,9 +124,7 @@ def _ends(model: mujoco.MjModel) -> tuple[NDArray[np.float64], NDArray[np.float6
 
 
 def held_forces(model: mujoco.MjModel, probe: mujoco.MjData, ctrl: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return force times gear of every actuator with its activation equal to its command, (nactuator,).
-
-    Filtered actuators reach this state when the command is held for long.
+    """Return force times gear of every actuator once its command has been held for long, (nactuator,).
 
     Args:
         model: Compiled model.
@@ -137,7 +135,8 @@ def held_forces(model: mujoco.MjModel, probe: mujoco.MjData, ctrl: NDArray[np.fl
     for actuator in range(model.nactuator):
         first, count = int(model.actuator_actadr[actuator]), int(model.actuator_actnum[actuator])
         if count:
-            probe.act[first : first + count] = ctrl[control_of(model, actuator)]
+            command = float(ctrl[control_of(model, actuator)])
+            probe.act[first : first + count] = held_activation(model, actuator, command)
     mujoco.mj_forward(model, probe)
     outputs = np.asarray(model.actuator_outadr)
     return np.asarray(probe.actuator_force[outputs] * model.actuator_gear[outputs, 0])

@@ -9,30 +9,37 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from aidsr.sim.ownership import equality_bodies, read_ownership
+from aidsr.sim.ownership import equality_bodies, joins_bodies, read_ownership, tendon_wraps
 
 _OPTIONS = (
     "gravity", "wind", "magnetic", "density", "viscosity", "impratio", "integrator", "cone", "disableflags",
-    "enableflags", "o_margin", "o_solref", "o_solimp", "o_friction",
+    "enableflags", "disableactuator", "o_margin", "o_solref", "o_solimp", "o_friction", "solver", "iterations",
+    "tolerance", "ls_iterations", "ls_tolerance", "noslip_iterations", "noslip_tolerance", "ccd_iterations",
+    "ccd_tolerance",
 )  # fmt: skip
 _FIELDS = {
     "body": ("pos", "quat", "ipos", "iquat", "mass", "inertia", "gravcomp"),
     "jnt": (
-        "type", "pos", "axis", "stiffness", "limited", "range", "margin", "solref", "solimp", "actfrclimited",
-        "actfrcrange",
+        "type", "pos", "axis", "stiffness", "stiffnesspoly", "limited", "range", "margin", "solref", "solimp",
+        "actfrclimited", "actfrcrange", "actgravcomp",
     ),
-    "dof": ("damping", "armature", "frictionloss", "solref", "solimp"),
+    "dof": ("damping", "dampingpoly", "armature", "frictionloss", "solref", "solimp"),
     "geom": (
         "type", "contype", "conaffinity", "condim", "priority", "size", "pos", "quat", "friction", "solmix", "solref",
-        "solimp", "margin", "gap", "fluid",
+        "solimp", "margin", "gap", "fluid", "adhesion", "surfacevel",
     ),
     "site": ("pos", "quat"),
     "actuator": (
         "trntype", "dyntype", "gaintype", "biastype", "dynprm", "gainprm", "biasprm", "ctrllimited", "ctrlrange",
-        "forcelimited", "forcerange", "actlimited", "actrange", "gear",
+        "forcelimited", "forcerange", "actlimited", "actrange", "gear", "damping", "dampingpoly", "armature", "delay",
     ),
     "sensor": ("type", "objtype", "reftype", "cutoff"),
     "eq": ("type", "active0", "solref", "solimp", "data"),
+    "tendon": (
+        "stiffness", "stiffnesspoly", "damping", "dampingpoly", "frictionloss", "armature", "limited", "range",
+        "lengthspring", "margin", "solref_lim", "solimp_lim", "solref_fri", "solimp_fri", "actfrclimited",
+        "actfrcrange",
+    ),
 }  # fmt: skip
 """Model fields of an environment that affect a task, by the kind of element."""
 _KINDS = {
@@ -43,6 +50,13 @@ _KINDS = {
     "actuator": mujoco.mjtObj.mjOBJ_ACTUATOR,
     "sensor": mujoco.mjtObj.mjOBJ_SENSOR,
     "eq": mujoco.mjtObj.mjOBJ_EQUALITY,
+    "tendon": mujoco.mjtObj.mjOBJ_TENDON,
+}
+_WRAPPED = {
+    mujoco.mjtWrap.mjWRAP_SITE: mujoco.mjtObj.mjOBJ_SITE,
+    mujoco.mjtWrap.mjWRAP_SPHERE: mujoco.mjtObj.mjOBJ_GEOM,
+    mujoco.mjtWrap.mjWRAP_CYLINDER: mujoco.mjtObj.mjOBJ_GEOM,
+    mujoco.mjtWrap.mjWRAP_JOINT: mujoco.mjtObj.mjOBJ_JOINT,
 }
 _TARGETS = {
     int(mujoco.mjtTrn.mjTRN_JOINT): mujoco.mjtObj.mjOBJ_JOINT,
@@ -92,11 +106,35 @@ class _Environment:
             mine = self.owned.actuator if self.owned.is_scene else lambda _: False
             return [index for index in range(model.nactuator) if not mine(index)]
         if kind == "eq":
-            return [index for index in range(model.neq) if set(equality_bodies(model, index)) <= bodies]
+            return [index for index in range(model.neq) if self._couples(index, bodies)]
+        if kind == "tendon":
+            mine = self.owned.tendon if self.owned.is_scene else lambda _: False
+            return [index for index in range(model.ntendon) if not mine(index)]
         return [index for index in range(model.nsensor) if self.name(kind, index)]
 
+    def _couples(self, equality: int, bodies: set[int]) -> bool:
+        """Return whether an equality constraint concerns the environment.
+
+        What joins the robot to it is a matter of scope, see `aidsr.sim.scope_holding`.
+        """
+        ends = set(equality_bodies(self.model, equality))
+        return ends <= bodies or (bool(ends & bodies) and not joins_bodies(self.model, equality))
+
+    def rest(self, field: str) -> dict[str, NDArray[np.float64]]:
+        """Return the positions of each joint in qpos0 or qpos_spring, by the joint's name or its number."""
+        model, found = self.model, {}
+        values = np.asarray(getattr(model, field))
+        for place, joint in enumerate(self.elements("jnt"), start=1):
+            first = int(model.jnt_qposadr[joint])
+            size = {0: 7, 1: 4}.get(int(model.jnt_type[joint]), 1)
+            found[self.name("jnt", joint) or f"number {place}"] = values[first : first + size]
+        return found
+
     def refers_to(self, kind: str, index: int) -> tuple[str, ...]:
-        """Return the names of what an actuator acts on, a sensor measures or an equality connects; else nothing."""
+        """Return the names of what an actuator acts on, a sensor measures, an equality connects or a tendon runs along.
+
+        Nothing for other elements.
+        """
         model = self.model
         if kind == "actuator":
             found = _TARGETS[int(model.actuator_trntype[index])]
@@ -107,6 +145,9 @@ class _Environment:
             return tuple(mujoco.mj_id2name(model, int(a), int(b)) or "" for a, b in pairs if b >= 0)
         if kind == "eq":
             return tuple(self.name("body", body) for body in equality_bodies(model, index))
+        if kind == "tendon":
+            path = [(_WRAPPED.get(mujoco.mjtWrap(wrap)), target) for wrap, target in tendon_wraps(model, index)]
+            return tuple(mujoco.mj_id2name(model, found, target) or "" if found else "" for found, target in path)
         return ()
 
     def contacts(self) -> list[tuple[str, ...]]:
@@ -135,13 +176,13 @@ def _differences(scene: _Environment, wanted: _Environment) -> Iterator[str]:
         yield f"the time step is {scene.model.opt.timestep:g} s, which does not divide {wanted.model.opt.timestep:g} s"
     for kind, fields in _FIELDS.items():
         here, there = scene.elements(kind), wanted.elements(kind)
-        if kind in ("sensor", "site", "actuator"):  # a task adds sensors, and the order does not matter
+        if kind in ("sensor", "site", "actuator", "tendon"):  # a task adds sensors, and the order does not matter
             by_name = {scene.name(kind, index): index for index in here}
             if missing := [name for index in there if (name := wanted.name(kind, index)) not in by_name]:
                 yield f"{_WORDS.get(kind, kind)} {missing[0]} is missing"
                 continue
             extra = set(by_name) - {wanted.name(kind, index) for index in there}
-            if kind in ("actuator", "site") and extra:
+            if kind in ("actuator", "site", "tendon") and extra:
                 yield f"{kind} {min(extra)} is none of the environment"
             here = [by_name[wanted.name(kind, index)] for index in there]
         if len(here) != len(there):
@@ -152,6 +193,11 @@ def _differences(scene: _Environment, wanted: _Environment) -> Iterator[str]:
             if scene.refers_to(kind, mine) != wanted.refers_to(kind, theirs):
                 ends = " and ".join(scene.refers_to(kind, mine))
                 yield f"{_WORDS.get(kind, kind)} {wanted.name(kind, theirs)} refers to {ends}"
+    for field in ("qpos0", "qpos_spring"):
+        asked = wanted.rest(field)
+        for name, found in scene.rest(field).items():
+            if name in asked and not np.allclose(found, asked[name], rtol=_RELATIVE, atol=_ABSOLUTE):
+                yield f"joint {name} has {field} {_numbers(found)}, not {_numbers(asked[name])}"
     if scene.contacts() != wanted.contacts():
         yield "its pairs of contact or exclusions of contact differ"
 

@@ -19,7 +19,13 @@ from aidsr.sim.scope_actuation import (
     find_other_actuators,
     find_pushing_cables,
 )
-from aidsr.sim.scope_contact import find_excluded_contacts, find_ghosts, find_margins, find_part_in_the_air
+from aidsr.sim.scope_contact import (
+    find_excluded_contacts,
+    find_ghosts,
+    find_margins,
+    find_part_in_the_air,
+    find_surfaces,
+)
 from aidsr.sim.scope_holding import (
     find_axles,
     find_locked_joints,
@@ -43,6 +49,7 @@ _FINDERS = (
     find_excluded_contacts,
     find_margins,
     find_part_in_the_air,
+    find_surfaces,
     find_limbs,
     find_fully_actuated,
 )

@@ -1,4 +1,4 @@
-"""Scope checks of contact: the robot must touch its surroundings and not pass through them."""
+"""Scope checks of contact: the robot must touch its surroundings, and not pass through, stick to or run on them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from aidsr.sim.structure import OFF_SHARE
 Vector = NDArray[np.float64]
 
 GHOST_SHARE = 0.25
-"""Largest allowed length of geoms that cannot touch anything / length of all moving geoms. Our choice."""
+"""Largest allowed length of a limb that cannot touch anything / length of the limb. Our choice."""
 COVER_SHARE = 0.05
 """Distance / L within which a colliding geom covers a geom that does not collide, as a skin or the discs of a backbone
 do. Our choice: half the spacing of ten discs."""
@@ -52,7 +52,10 @@ def _collides(reader: ScopeReader) -> dict[int, bool]:
 
 
 def find_ghosts(reader: ScopeReader) -> Iterator[ScopeFinding]:
-    """Find moving geoms of the robot that nothing can touch and that no colliding geom of the robot covers."""
+    """Find limbs of which nothing can touch a large part, and no colliding geom of the robot covers that part.
+
+    A rigid part has the length of its longest geom, so that geoms beside or inside each other count once.
+    """
     model, structure = reader.model, reader.structure
     collides = _collides(reader)
     moving = [
@@ -65,13 +68,39 @@ def find_ghosts(reader: ScopeReader) -> Iterator[ScopeFinding]:
     if not ghosts:
         return
     lengths = {g: 2 * float(np.max(model.geom_aabb[g][3:])) for g in moving}
-    bare = {g: _uncovered(reader, g, solid) * lengths[g] for g in ghosts}
-    whole_m = sum(lengths.values())
-    share = sum(bare.values()) / whole_m if whole_m > 0 else 0.0
+    bare = {g: _uncovered(reader, g, solid) * lengths[g] if g in ghosts else 0.0 for g in moving}
+    share, whole_m, limb = max(_bare_limbs(reader, lengths, bare))
     if share > GHOST_SHARE:
-        names = tuple(dict.fromkeys(reader.geom(g) for g in ghosts if bare[g] > 0))
+        names = tuple(dict.fromkeys(reader.geom(g) for g in limb if bare[g] > 0))
         message = "passes through what is around it"
         yield ScopeFinding("ghost_shape", message, names, share, GHOST_SHARE, whole=whole_m, whole_unit="m")
+
+
+def _bare_limbs(
+    reader: ScopeReader, lengths: dict[int, float], bare: dict[int, float]
+) -> Iterator[tuple[float, float, list[int]]]:
+    """Yield for each limb the share of its length that is bare, its length [m], and its geoms.
+
+    What moves and hangs on no joint that turns is a limb of its own.
+
+    Args:
+        reader: The robot.
+        lengths: Length of each moving geom [m].
+        bare: Length of it that nothing can touch [m].
+    """
+    model = reader.model
+    chain_of = {body: number for number, chain in enumerate(reader.structure.chains) for body in chain.bodies}
+    limbs: dict[int, dict[int, list[int]]] = {}
+    for geom in lengths:
+        body = int(model.geom_bodyid[geom])
+        part = int(model.body_weldid[body])
+        while body and body not in chain_of:
+            body = int(model.body_parentid[body])
+        limbs.setdefault(chain_of.get(body, -1), {}).setdefault(part, []).append(geom)
+    for parts in limbs.values():
+        whole_m = sum(max(lengths[geom] for geom in part) for part in parts.values())
+        bare_m = sum(max(bare[geom] for geom in part) for part in parts.values())
+        yield bare_m / whole_m if whole_m > 0 else 0.0, whole_m, [geom for part in parts.values() for geom in part]
 
 
 def _uncovered(reader: ScopeReader, geom: int, solid: list[int]) -> float:
@@ -133,6 +162,18 @@ def find_part_in_the_air(reader: ScopeReader) -> Iterator[ScopeFinding]:
         share = away_m / reader.length_m
         message = "its functional part is a point in the air, away from all that can touch something"
         yield ScopeFinding("part_in_the_air", message, names, share, OFF_SHARE, whole=reader.length_m, whole_unit="m")
+
+
+def find_surfaces(reader: ScopeReader) -> Iterator[ScopeFinding]:
+    """Find geoms whose surface runs as a conveyor belt does, or sticks to what it touches."""
+    model = reader.model
+    for code, values, message in (
+        ("moving_surface", np.abs(model.geom_surfacevel).max(axis=1, initial=0.0), "runs like a conveyor belt"),
+        ("adhesion", np.asarray(model.geom_adhesion), "sticks to what it touches"),
+    ):
+        if found := [g for g in reader.structure.geoms if values[g] != 0]:
+            names = tuple(dict.fromkeys(reader.geom(g) for g in found))
+            yield ScopeFinding(code, message, names, len(names), 0, "shapes")
 
 
 def _begins_on_mount(reader: ScopeReader, body: int, other: int) -> bool:

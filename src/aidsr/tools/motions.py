@@ -28,19 +28,29 @@ def scene_facts(scene: MeasuredScene) -> tuple[str, ...]:
         UserError: Nothing can be commanded, or the scene does not belong to its task.
         MjcfError: The scene cannot be loaded.
     """
-    from aidsr.learn.episodes.plausibility import part_check, start_check
+    from aidsr.learn.episodes.plausibility import height_check, part_check, start_check
     from aidsr.sim.structure import read_structure
+    from aidsr.tasks.locomotion.base import LaneTask
     from aidsr.tools.commands import commands_in_words
 
     loaded = scene.load()
     structure = read_structure(loaded.model)
-    start, length_mm = start_check(loaded.model, structure), 1000 * structure.characteristic_length_m
-    assert start.measured is not None, "it is a distance"
+    length_mm = 1000 * structure.characteristic_length_m
+    start = start_check(loaded.model, structure, loaded.task.base)
     part = part_check(loaded.model, structure, loaded.task.sensors)
-    told = "" if start.passed else "too far for a valid policy: "
+    high = height_check(loaded.model, structure)
+    too_high = isinstance(loaded.task, LaneTask) and not high.passed
+    if start.measured is None:
+        where = f"no policy is valid: {start.message}"
+    else:
+        told = "" if start.passed else "too far for a valid policy: "
+        where = (
+            f"{told}{start.message}: {start.measured * length_mm:.0f} mm (valid: at most {start.limit:g} of its "
+            f"length, {start.limit * length_mm:.0f} mm)"
+        )
     return (
-        f"{told}{start.message}: {start.measured * length_mm:.0f} mm (valid: at most {start.limit:g} of its length, "
-        f"{start.limit * length_mm:.0f} mm)",
+        where,
+        *([f"no policy is valid: {high.message}: {format_check(high)}"] if too_high else []),
         *([] if part.passed else [f"no policy is valid: {part.message}: {format_check(part)}; name a smaller part"]),
         *commands_in_words(loaded),
     )

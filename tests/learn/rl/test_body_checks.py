@@ -9,7 +9,7 @@ pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
 from aidsr.core.artifacts import Placement, Robot
 from aidsr.core.formatting import format_check
-from aidsr.learn.episodes.plausibility import necessity_check, part_check, start_check
+from aidsr.learn.episodes.plausibility import height_check, necessity_check, part_check, start_check
 from aidsr.learn.episodes.policy_checks import body_checks, rollout_with_stats
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.mjcf.compile import compile_mjcf
@@ -171,7 +171,7 @@ def test_a_free_robot_starts_at_its_mount(ahead_m, passed):
     placement = Placement(mount="mount", base="free", position_m=(ahead_m, 0.0, 0.0))
     task = load_task("flat_ground")
     model = compile_mjcf(assemble(robot, task.environment, placement, task.sensors).mjcf)
-    check = start_check(model, read_structure(model))
+    check = start_check(model, read_structure(model), "free")
     assert (check.name, check.passed) == ("starts_at_mount", passed)
     assert format_check(check).endswith(" of the robot's length (at most 0.5)")
 
@@ -182,12 +182,26 @@ def test_a_held_robot_begins_at_its_mount(below_m, passed):
     placement = Placement(mount="mount", base="fixed", position_m=(0.0, 0.0, below_m))
     task = load_task("pipe_inserting")
     model = compile_mjcf(assemble(robot, task.environment, placement, task.sensors).mjcf)
-    assert start_check(model, read_structure(model)).passed == passed
+    assert start_check(model, read_structure(model), "moving").passed == passed
+
+
+@pytest.mark.parametrize(
+    ("name", "placed", "words"),
+    [("obstacles", "fixed", "held by its surroundings"), ("button_pushing", "free", "free, and")],
+)
+def test_a_robot_is_held_as_its_task_asks(name, placed, words):
+    robot = Robot(mjcf=small_arm(), functional_part="tip")
+    task = load_task(name)
+    model = compile_mjcf(assemble(robot, task.environment, Placement(mount="mount", base=placed), task.sensors).mjcf)
+    check = start_check(model, read_structure(model), task.base)
+    assert (check.name, check.passed, check.measured) == ("starts_at_mount", False, None)
+    assert words in check.message
+    assert start_check(model, read_structure(model), "any").passed
 
 
 def test_a_robot_may_start_anywhere_where_there_is_no_mount():
     model = compile_mjcf(small_arm())
-    check = start_check(model, read_structure(model))
+    check = start_check(model, read_structure(model), "any")
     assert (check.passed, check.measured) == (True, 0.0)
 
 
@@ -200,3 +214,15 @@ def test_a_hub_that_carries_all_is_no_functional_part_where_only_its_touch_count
     placement = Placement(mount="mount", base="fixed")
     model = compile_mjcf(assemble(robot, task.environment, placement, task.sensors).mjcf)
     assert part_check(model, read_structure(model), task.sensors).passed == passed
+
+
+@pytest.mark.parametrize(("raised_m", "passed"), [(0.0, True), (0.6, False)])
+def test_a_robot_that_travels_starts_low(raised_m, passed):
+    mast = f'<geom type="capsule" size="0.005" mass="0.01" fromto="0 0 0 0 0 {raised_m + 0.01}"/>'
+    text = rover().replace("<freejoint/>", f"<freejoint/>{mast}", 1)
+    assert text != rover()
+    task = load_task("flat_ground")
+    robot = Robot(mjcf=text, functional_part="chassis")
+    model = compile_mjcf(assemble(robot, task.environment, Placement(mount="mount", base="free"), task.sensors).mjcf)
+    check = height_check(model, read_structure(model))
+    assert (check.name, check.passed) == ("starts_low", passed)

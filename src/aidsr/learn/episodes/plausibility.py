@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from aidsr.core.artifacts import PlausibilityCheck
+from aidsr.core.artifacts import Base, PlausibilityCheck
 from aidsr.core.formatting import counted
 from aidsr.learn.episodes.episode_stats import EpisodeStats
 from aidsr.learn.episodes.rollout import EpisodeOutcomes
 from aidsr.sim.deep_overlap import DEEP, deepest_overlap, half_thickness_m
+from aidsr.sim.extent import bounding_box_m
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.sim.placement import mount_names
 from aidsr.sim.scope import find_out_of_scope
@@ -46,6 +47,11 @@ START_LENGTHS = 0.5
 """Largest distance from its mount at which a robot may start, in lengths of the robot: horizontal distance of the
 centre of mass for a free robot, distance of the nearest part for a held one. Source: our choice: a worm that is held at
 one of its ends."""
+
+HIGHEST_M = 0.5
+"""Largest height of a robot at the start of a lane along which it has to travel [m]. A robot that falls over brings its
+centre of mass forward by its height at most. Source: our choice: below the shortest way, 0.7 m to the plateau of the
+incline and to the last edge of the stairs; built-in rings are up to 0.21 m high, other robots up to 0.14 m."""
 
 CARRIED = 0.5
 """Largest moving mass from the functional part outwards, as a share of all moving mass, where only that part's contacts
@@ -202,13 +208,28 @@ def scope_check(model: mujoco.MjModel, structure: Structure) -> PlausibilityChec
     return _at_most(0.0, "in_scope", float(len(findings)), message, "findings")
 
 
-def start_check(model: mujoco.MjModel, structure: Structure) -> PlausibilityCheck:
-    """Check that the robot starts where its task starts, and not at the goal.
+def start_check(model: mujoco.MjModel, structure: Structure, base: Base) -> PlausibilityCheck:
+    """Check that the robot starts as and where its task starts, and not at the goal.
+
+    Nothing is measured of a robot that is held where the task asks for a free one, or the other way round.
 
     Args:
         model: The scene. If its environment has no mount, a robot may start anywhere.
         structure: Structure of its robot.
+        base: How the task wants the robot held.
     """
+    if base != "any" and (base == "free") != bool(structure.free_roots):
+        held = "held by its surroundings, and the task is for one that moves freely"
+        free = "free, and the task is for one that its mount holds"
+        return PlausibilityCheck(
+            name="starts_at_mount",
+            passed=False,
+            measured=None,
+            limit=START_LENGTHS,
+            bound="at most",
+            unit=_OF_LENGTH,
+            message=f"the robot is {held if base == 'free' else free}",
+        )
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     mounts_m = [data.site(name).xpos for name in mount_names(model)]
@@ -227,6 +248,20 @@ def start_check(model: mujoco.MjModel, structure: Structure) -> PlausibilityChec
         what = "the nearest part of the robot is from the mount"
     message = f"how far {what} at the start"
     return _at_most(START_LENGTHS, "starts_at_mount", away_m / length_m, message, _OF_LENGTH)
+
+
+def height_check(model: mujoco.MjModel, structure: Structure) -> PlausibilityCheck:
+    """Check that a robot that has to travel does not start so high that it need only fall over.
+
+    Args:
+        model: The scene.
+        structure: Structure of its robot.
+    """
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    low_m, high_m = bounding_box_m(model, data, structure.bodies)
+    message = "height of the robot at the start: it travels and does not fall over"
+    return _at_most(HIGHEST_M, "starts_low", float(high_m[2] - low_m[2]), message, "m")
 
 
 def part_check(model: mujoco.MjModel, structure: Structure, sensors: Sequence[TaskSensor]) -> PlausibilityCheck:

@@ -20,6 +20,7 @@ from aidsr.learn.episodes.plausibility import (
     FEWEST_SUCCESSES,
     behavior_checks,
     exploit_check,
+    height_check,
     necessity_check,
     nothing_to_check,
     part_check,
@@ -34,6 +35,7 @@ from aidsr.sim.deactivate import other_actuators, with_locked_soft_body, without
 from aidsr.sim.numerics import at_half_the_time_step, with_other_integrators
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import Split, Variation
+from aidsr.tasks.locomotion.base import LaneTask
 from aidsr.tasks.readings import FloatArray
 
 REPLAYED = 20
@@ -211,12 +213,15 @@ def _exploit_checks(
 def scene_checks(scene: TaskScene) -> list[PlausibilityCheck]:
     """Return the checks of the robot in its scene, whatever it does."""
     structure = read_structure(scene.model)
-    return [
+    checks = [
         structure_check(structure),
         scope_check(scene.model, structure),
-        start_check(scene.model, structure),
+        start_check(scene.model, structure, scene.task.base),
         part_check(scene.model, structure, scene.task.sensors),
     ]
+    if isinstance(scene.task, LaneTask):
+        checks.append(height_check(scene.model, structure))
+    return checks
 
 
 def spread(won: NDArray[np.intp]) -> list[int]:

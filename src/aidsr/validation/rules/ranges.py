@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from aidsr.core.artifacts import Fault
-from aidsr.sim.actuator_force import control_of
+from aidsr.sim.actuator_force import control_of, is_integrator
 from aidsr.sim.soft_body import SERIES_JOINTS
 from aidsr.sim.structure import Chain
 from aidsr.validation.consequences import COLLAPSE, NO_MOTION, SHAKING
@@ -57,6 +57,45 @@ CTRLRANGE_MISSING = Rule(
             (
                 '<motor name="pull_front" tendon="front" gear="-1" ctrlrange="0 20"/>',
                 '<motor name="pull_front" tendon="front" gear="-1"/>',
+            ),
+        )
+    ),
+)
+
+
+def _find_actrange_missing(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find integrators whose activation has no end."""
+    model = robot.model
+    endless = [
+        actuator
+        for actuator in robot.structure.actuators
+        if is_integrator(model, actuator) and not model.actuator_actlimited[actuator]
+    ]
+    if endless:
+        yield ACTRANGE_MISSING.fault(
+            "an integrator without activation range",
+            names=(robot.actuator(actuator) for actuator in endless),
+            measured=len(endless),
+            limit=0,
+        )
+
+
+ACTRANGE_MISSING = Rule(
+    code="actrange_missing",
+    stage=Stage.SCOPE,
+    finds="The command of an actuator is integrated without an end.",
+    why="Its force grows for as long as the command is held, so that its control range says nothing about how hard it "
+    "pulls.",
+    limit="integrators without activation range: 0",
+    check=_find_actrange_missing,
+    unit="actuators",
+    cure='Give it actlimited="true" and actrange="low high", or leave dyntype="integrator" out.',
+    explains=(*SHAKING, "limit_overrun"),
+    example=Example(
+        (
+            (
+                '<motor name="pull_front" tendon="front" gear="-1" ctrlrange="0 20"/>',
+                '<general name="pull_front" tendon="front" gear="-1" dyntype="integrator" ctrlrange="0 20"/>',
             ),
         )
     ),

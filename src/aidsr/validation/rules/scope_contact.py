@@ -1,4 +1,4 @@
-"""Scope rules for contacts: margins, shapes without collision, contact exclusions, and a part in the air."""
+"""Scope rules for contacts: margins, ghost shapes, running surfaces, contact exclusions, and a part in the air."""
 
 from __future__ import annotations
 
@@ -22,18 +22,31 @@ CONTACT_MARGIN = Rule(
 GHOST_SHAPE = Rule(
     code="ghost_shape",
     stage=Stage.SCOPE,
-    finds="A large part of the robot's shapes passes through what is around it.",
+    finds="A large part of a limb passes through what is around it.",
     why="An arm of which only the tip collides reaches through walls. Discs or a skin that collide stand for the "
     "backbone between them.",
-    limit=f"length of moving shapes that collide with nothing, more than {COVER_SHARE:g} L from one that does / "
-    f"length of all: at most {GHOST_SHARE:g}",
+    limit=f"length of a limb that collides with nothing, more than {COVER_SHARE:g} L from a shape that does / length "
+    f"of the limb: at most {GHOST_SHARE:g}. A rigid part has the length of its longest shape",
     check=find_out_of_scope_faults,
-    unit="of the length of its shapes",
+    unit="of the length of the limb",
     cure="Leave contype, conaffinity and gap at their defaults.",
     explained_by=("contact_disabled",),
     example=Example(
         (('pos="0 0 0.0125" mass="0.01"/>', 'pos="0 0 0.0125" mass="0.01" contype="0" conaffinity="0"/>'),)
     ),
+)
+
+MOVING_SURFACE = Rule(
+    code="moving_surface",
+    stage=Stage.SCOPE,
+    finds="A shape of the robot has a surface that runs, as a conveyor belt does.",
+    why="It drives the robot over the ground, or moves what it touches, without an actuator and without a body that "
+    "moves.",
+    limit="shapes of the robot with surfacevel: 0",
+    check=find_out_of_scope_faults,
+    unit="shapes",
+    cure="Leave surfacevel out.",
+    example=Example((('<geom name="g6"/>', '<geom name="g6" surfacevel="0 0 0.1 0 0 0"/>'),)),
 )
 
 CONTACT_EXCLUDED = Rule(
