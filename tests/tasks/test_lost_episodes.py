@@ -31,7 +31,9 @@ def test_a_robot_that_falls_back_is_lost(name, back_m, lost):
     assert episode.score.failure[0] == lost
 
 
-@pytest.mark.parametrize(("name", "begin_m"), [("stairs", 0.4), ("obstacles", 0.42), ("gap", 1.0), ("tunnel", 0.35)])
+@pytest.mark.parametrize(
+    ("name", "begin_m"), [("stairs", 0.4), ("obstacles", 0.42), ("gap", 1.0), ("tunnel", 0.35), ("incline", 0.35)]
+)
 @pytest.mark.parametrize(("beyond_m", "lost"), [(-0.001, False), (0.001, True)])
 def test_a_robot_that_starts_beyond_the_beginning_is_lost(name, begin_m, beyond_m, lost):
     episode = Episode(load_task(name))

@@ -70,6 +70,7 @@ Version 7 changes two tasks:
 - pipe_inserting: the tip must come in through the mouth, stay between the walls, and not be beyond the branch's end.
   An arm beside the pipe could hold its tip behind the branch's open end.
 - dynamic_catching: touching the ball before it is thrown loses the episode. It waits within reach of a long hand.
+incline also gets the rule on its start that the other courses have, which no recorded robot had broken.
 """
 
 Level = Literal["standard", "hard"]

@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from aidsr.tasks.locomotion.base import LANE_HALF_WIDTH_M, LEAVES_LANE, OUT_OF_LANE, LaneTask, box_between, in_lane
+from aidsr.tasks.locomotion.course import starts_beyond
 from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import share
@@ -24,6 +25,7 @@ THICKNESS_M = 0.02
 """Half of the ramp's thickness [m]."""
 SPREAD_DEG = 2.0
 FRICTION = (0.7, 1.1)
+STARTS_BEYOND = "A part of the robot starts beyond the beginning of the incline."
 CLIMBED = 0.8
 """Smallest share of the whole rise that counts as having climbed it."""
 
@@ -39,6 +41,7 @@ class Incline(LaneTask):
     time_limit_s: ClassVar = 60.0
     hold_s: ClassVar = 1.0
     stages: ClassVar = ((0.4, "before the incline"), (0.7, "half way up"), (1.0, "on the plateau"))
+    needs_outline: ClassVar = True
     required_names: ClassVar = ("mount", "ground", "lane", "ramp", "plateau")
     features: ClassVar = (
         *LaneTask.features,
@@ -74,7 +77,7 @@ class Incline(LaneTask):
             progress="Nine tenths for the way to the plateau's edge, one for height.",
             success=f"Past the plateau's edge, up at least {100 * CLIMBED:g} % of its height, and inside the lane.",
             violation=LEAVES_LANE,
-            failure=OUT_OF_LANE,
+            failure=f"{STARTS_BEYOND} {OUT_OF_LANE}",
         )
 
     @property
@@ -96,11 +99,11 @@ class Incline(LaneTask):
 
     def reset_state(self, readings: Readings) -> TaskState:
         start = in_lane(readings)
-        return {"start": start, "lowest": start[:, 2]}
+        return {"start": start, "lowest": start[:, 2], "beyond": starts_beyond(readings, START_M)}
 
     def update_state(self, readings: Readings, state: TaskState) -> TaskState:
         # height counts from the lowest point, so that sinking at the start is no disadvantage
-        return {"start": state["start"], "lowest": np.minimum(state["lowest"], in_lane(readings)[:, 2])}
+        return {**state, "lowest": np.minimum(state["lowest"], in_lane(readings)[:, 2])}
 
     def progress(self, readings: Readings, state: TaskState) -> FloatArray:
         start_m = state["start"][:, 0]
@@ -111,6 +114,9 @@ class Incline(LaneTask):
         along_m, aside_m, _ = in_lane(readings).T
         there = (along_m >= readings.parameters["edge_m"][:, 0]) & (np.abs(aside_m) < LANE_HALF_WIDTH_M)
         return np.asarray(there & (self._climbed(readings, state) >= CLIMBED))
+
+    def losses(self, readings: Readings, state: TaskState) -> dict[str, BoolArray]:
+        return {**super().losses(readings, state), STARTS_BEYOND: state["beyond"] > 0.0}
 
     def _climbed(self, readings: Readings, state: TaskState) -> FloatArray:
         """Return the height of the centre of mass above its lowest point so far, as a share of the rise, (n,)."""
