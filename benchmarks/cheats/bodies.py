@@ -474,7 +474,7 @@ def _jaws(
     limb: Parts | None = None,
     spatial: bool = True,
 ) -> str:
-    """Two rigid jaws, each on a hinge. `drive`: "motor", "cable", "fixed" (fixed tendon) or "spring"."""
+    """Two rigid jaws, each on a hinge. `drive`: "motor", "cable", "fixed" (fixed tendon), "spring" or "coupled"."""
     parts = Parts()
     root = (
         f'<geom name="stem" type="cylinder" size="0.01 {hinge_m / 2}" pos="0 0 {hinge_m / 2}"/>'
@@ -598,6 +598,18 @@ def _threaded_jaws() -> str:
     sensors = "".join(f'<tendonpos name="{jaw}_length" tendon="{jaw}"/>' for jaw in routes)
     plain = Parts(bodies=heavy.bodies, tendons=tendons, sensors=sensors)
     return _jaws("cable", limb=plain, spatial=False)
+
+
+def _geared_jaws() -> str:
+    """Rigid jaws without an actuator, each coupled to the first joint of a heavy cable limb that points away."""
+    limbs = Parts()
+    for side, turn in (("left", 90), ("right", -90)):
+        name = f"decoy_{side}"
+        place = f'pos="{turn / 3000:g} 0 0" euler="0 {turn} 0"'
+        limbs += chain(name, place, links=6, radius_m=0.009, stiffness=0.5, pull_n=40.0, geom='density="2500"') + Parts(
+            constraints=f'<joint joint1="{side}" joint2="{name}_0_0" polycoef="0 0.6 0 0 0" solref="0.004 1"/>'
+        )
+    return _jaws("coupled", limb=limbs)
 
 
 def _heavy_spring_jaws() -> str:
@@ -1251,6 +1263,15 @@ CHEATS: tuple[Cheat, ...] = (
         "simple_grasping",
         _threaded_jaws(),
         lambda: then({}, 1.3, {"left": 1.0, "right": 1.0}),
+        part="grip",
+    ),
+    Cheat(
+        "geared_jaws",
+        "Rigid jaws that joint equalities gear to two heavy soft limbs: cables bend only these limbs, which point away "
+        "and hold nothing.",
+        "simple_grasping",
+        _geared_jaws(),
+        lambda: then({"*back": 0.0}, 1.3, {"*front": 1.0}),
         part="grip",
     ),
     Cheat(

@@ -37,7 +37,7 @@ BY_CODE = {
     "ghost_shape": "ghost_rope ghost_arm",
     "few_bent_joints": "knuckle_jaws one_hinge_arm one_soft_hinge_arm",
     "contact_margin": "margin_arm",
-    "cable_on_linkage": "cable_jaws threaded_jaws force_field welded_object glued_jaws lifts_the_object",
+    "cable_on_linkage": "cable_jaws threaded_jaws geared_jaws force_field welded_object glued_jaws lifts_the_object",
     "mostly_rigid": "heavy_hoop passive_petals limp_rope basket rigid_rod rod_on_mount rigid_hook",
 }
 """Bodies by the code that says what they are."""

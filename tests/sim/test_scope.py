@@ -70,6 +70,38 @@ def test_damping_that_holds_a_joint_for_a_whole_episode_makes_it_rigid() -> None
     assert "few_bent_joints" in codes(small_arm(damping=2000.0))
 
 
+JAW = (
+    '<body name="jaw" pos="0.05 0 0"><joint name="jaw" axis="0 1 0" range="-40 40" stiffness="0.2" damping="0.01"/>'
+    '<geom type="capsule" fromto="0.01 0 0 0.04 0 0" size="0.004" mass="0.005"/></body>'
+)
+GEARS = {
+    "a joint": '</tendon><equality><joint joint1="jaw" joint2="bend1" polycoef="0 0.6 0 0 0"/></equality>',
+    "by its square": '</tendon><equality><joint joint1="jaw" joint2="bend1" polycoef="0 0 2 0 0"/></equality>',
+    "leads": '</tendon><equality><joint joint1="bend2" joint2="jaw" polycoef="0 0.6 0 0 0"/></equality>',
+    "one by one": (
+        '</tendon><equality><joint joint1="more" joint2="bend1"/><joint joint1="jaw" joint2="more"/></equality>'
+    ),
+    "tendons": (
+        '<fixed name="sum"><joint joint="bend1" coef="1"/><joint joint="bend2" coef="1"/></fixed>'
+        '<fixed name="own"><joint joint="jaw" coef="1"/></fixed></tendon>'
+        '<equality><tendon tendon1="own" tendon2="sum"/></equality>'
+    ),
+}
+
+
+@pytest.mark.parametrize("gear", GEARS.values(), ids=GEARS)
+def test_a_part_geared_to_a_limb_is_a_linkage(gear: str) -> None:
+    more = JAW.replace("jaw", "more").replace("0.05 0 0", "0 0.05 0")
+    jaws = ('<body name="base">', f'<body name="base">{JAW}{more}')
+    assert "cable_on_linkage" not in codes(changed(jaws))
+    assert "cable_on_linkage" in codes(changed(jaws, ("</tendon>", gear)))
+
+
+def test_joints_of_one_limb_may_be_coupled() -> None:
+    gear = '</tendon><equality><joint joint1="bend4" joint2="bend3"/></equality>'
+    assert codes(changed(("</tendon>", gear))) == set()
+
+
 def test_discs_that_collide_stand_for_the_backbone_between_them() -> None:
     bare = changed(('mass="0.01"/>', 'mass="0.01" contype="0" conaffinity="0"/>'))
     assert "ghost_shape" in codes(bare)
