@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from benchmarks.cheats.parts import (
@@ -770,8 +770,11 @@ def lean() -> Rule:
     return rule
 
 
-def _fingers13(drive: str) -> str:
-    """Thirteen fingers spread over the half circle in which the button can be. `drive`: "cable" or "spring"."""
+def _fingers13(drive: str, *, ballast: bool = False) -> str:
+    """Thirteen fingers spread over the half circle in which the button can be. `drive`: "cable" or "spring".
+
+    With `ballast` they stand on a body of their own, the hub, beside a limb that is heavier than all of them.
+    """
     parts = Parts()
     for k in range(13):
         angle = -radial(k, 13, 180.0, -90.0)  # the mount faces down: the robot's +y is the world's -y
@@ -800,7 +803,19 @@ def _fingers13(drive: str) -> str:
         parts += Parts(bodies=body)
     if drive == "spring":
         parts += tail('pos="-0.07 0 0" euler="0 -90 0"')
-    return parts.document('<geom name="plate" type="cylinder" size="0.07 0.004"/><site name="hub" pos="0 0 0.26"/>')
+    plate = '<geom name="plate" type="cylinder" size="0.07 0.004"/><site name="hub" pos="0 0 0.26"/>'
+    if not ballast:
+        return parts.document(plate)
+    hub = replace(parts, bodies=f'<body name="hub_plate">{plate}{parts.bodies}</body>')
+    heavy = chain(
+        "ballast",
+        'pos="-0.075 0 0.01" euler="0 -90 0"',
+        radius_m=0.012,
+        stiffness=2.0,
+        pull_n=40.0,
+        geom='density="2500"',
+    )
+    return (hub + heavy).document('<geom name="block" type="box" size="0.006 0.01 0.004" pos="-0.07 0 0"/>')
 
 
 def _pointer(drive: str, rest: float = 80.0) -> str:
@@ -1371,6 +1386,15 @@ CHEATS: tuple[Cheat, ...] = (
         "button_pushing",
         _fingers13("cable"),
         lambda: constant({"finger_*": 1.0}),
+    ),
+    Cheat(
+        "thirteen_fingers_with_ballast",
+        "The same fingers on a hub, the functional part, beside a limb that has over half of the moving mass. They "
+        "wait for the signal.",
+        "button_pushing",
+        _fingers13("cable", ballast=True),
+        lambda: then({"finger_*": -1.0}, 1.6, {"finger_*": 1.0}),
+        part="hub",
     ),
     Cheat(
         "spring_umbrella",

@@ -10,13 +10,16 @@ import pytest
 from benchmarks.cheats.bodies import CHEATS
 from benchmarks.cheats.honest import FOUND, look, refusals
 from benchmarks.cheats.matrix import PAGE, current, page
-from benchmarks.cheats.parts import Player, constant
+from benchmarks.cheats.parts import Parts, Player, chain, constant
 from benchmarks.cheats.playing import lift_m, place, play
 from benchmarks.cheats.wins import BEFORE, fingerprint, read_rows
 from benchmarks.episode_clock import EpisodeClock
 
+from aidsr.core.artifacts import Placement, Robot
 from aidsr.core.errors import UserError
+from aidsr.learn.episodes.plausibility import part_check
 from aidsr.learn.episodes.scene import TaskScene
+from aidsr.sim.assembly import assemble
 from aidsr.sim.scope import find_out_of_scope
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import TASKS, load_task
@@ -46,7 +49,7 @@ BY_CHECK = {
         "starts_behind_the_gap starts_behind_the_tunnel coils_behind_the_gap drawn_behind_the_gap "
         "coils_behind_the_tunnel rears_up_on_the_stairs"
     ),
-    "functional_part_is_a_part": "thirteen_fingers",
+    "functional_part_is_a_part": "thirteen_fingers thirteen_fingers_with_ballast",
     "in_scope": "ghost_tip",
 }
 
@@ -71,6 +74,25 @@ def test_a_body_is_refused_before_an_episode_is_played(name, check):
     cheat = BY_NAME[name]
     task = load_task(cheat.task)
     assert check in refusals(TaskScene.of(place(cheat, task), task, grouping="off"))
+
+
+@pytest.mark.parametrize(
+    ("fingers", "on_arm", "passed"),
+    [(2, False, False), (1, False, True), (2, True, True)],
+    ids=["hub", "one limb", "hand on an arm"],
+)
+def test_a_hub_of_limbs_is_no_functional_part_however_much_the_rest_weighs(fingers, on_arm, passed):
+    hand = sum((chain(f"finger_{k}", f'pos="{0.02 * k} 0 0.012"', links=4) for k in range(fingers)), Parts())
+    hub = f'<body name="hub" pos="0 0 0.03"><geom size="0.004"/>{hand.bodies}</body>'
+    place = 'pos="0.05 0 0.01" euler="0 90 0"'
+    heavy = chain("heavy", place, links=6, end=hub if on_arm else "", geom='density="4000"')
+    mjcf = (replace(hand, bodies="" if on_arm else hub) + heavy).document('<geom size="0.01"/>')
+    task, placement = load_task("button_pushing"), Placement(mount="mount", base="fixed")
+    robot = Robot(mjcf=mjcf, functional_part="hub")
+    model = mujoco.MjModel.from_xml_string(assemble(robot, task.environment, placement, task.sensors).mjcf)
+    check = part_check(model, read_structure(model), task.sensors)
+    assert check.passed == passed
+    assert check.unit == ("of the robot's moving mass" if passed else "limbs")
 
 
 def test_a_world_of_its_own_is_refused():
