@@ -4,6 +4,7 @@ and what is refused because it cannot be met."""
 import mujoco
 import numpy as np
 import pytest
+from sights import slots, touches
 from stick import Episode
 
 from aidsr.core.errors import UserError
@@ -203,8 +204,11 @@ def test_a_path_that_is_cut_short_or_left_is_not_followed():
     assert not played(task, along(1.0, 2.0))[1], "it was joined half way"
     aside = [at(np.array([0.05, -0.03, 0.3]))] * 5
     progress, met = played(task, [*along(0, 0.5, 11), *aside, *along(0.5, 2.0, 31)])
-    assert met, "it may be taken up again where it was left"
-    assert progress[12] < progress[10]
+    assert not met, "it was left, so it has to be followed again from its beginning"
+    assert progress[12] < 0.3 < progress[10]
+    assert played(task, [*along(0, 0.5, 11), *aside, *along()])[1]
+    beside = [at(np.array([0.05, -0.0099, 0.3]))] * 5
+    assert played(task, [*along(0, 0.5, 11), *beside, *along(0.5, 0.3, 5), *along(0.3, 2.0, 35)])[1], "and to go back"
 
 
 def posed(tip_m, turn):
@@ -337,12 +341,18 @@ LIMITED = 'kind = "reach"\ntarget = "hook"\nhold_s = 0\n'
         ),
         (
             '[[limits]]\nkind = "force"\non = "valve"\nat_most_n = 2\n',
-            {"limit1_force": (0.0, 1.9, 0.0)},
-            {"limit1_force": (0.0, 2.1, 0.0)},
-            "More than 2 N by the robot on valve.",
+            {"limit1_contacts": touches(0.9, 1.0)[0]},
+            {"limit1_contacts": touches(1.1, 1.0)[0]},
+            "More than 2 N by the robot on valve, all contacts together.",
+        ),
+        (
+            '[[limits]]\nkind = "force"\non = "valve"\nat_most_n = 2\n',
+            {"limit1_contacts": slots((0.9, (1.0, 0.0, 0.0)), (0.9, (-1.0, 0.0, 0.0)), count=8)[0]},
+            {"limit1_contacts": slots((50.0, (1.0, 0.0, 0.0)), (50.0, (-1.0, 0.0, 0.0)), count=8)[0]},
+            "More than 2 N by the robot on valve, all contacts together.",
         ),
     ],
-    ids=["robot out", "pellet out", "slowly", "gently"],
+    ids=["robot out", "pellet out", "slowly", "gently", "not squeezed"],
 )
 def test_a_limit_that_is_passed_for_long_costs_success(limit, good, bad, words):
     task = made(LIMITED + limit)

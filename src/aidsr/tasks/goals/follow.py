@@ -143,13 +143,19 @@ class Follow(Goal):
         )
 
     def start(self, seen: GoalReadings) -> TaskState:
-        """Return the state: the index of the last point followed, (n,), or -1 before the first point is reached."""
+        """Return the state: the index of the last point followed, (n,), or -1 before the first point is reached.
+
+        It is -1 again for a follower that leaves the part of the path up to a little ahead of this point.
+        """
         return self.update(seen, {"index": np.full(seen.n, -1.0)})
 
     def update(self, seen: GoalReadings, state: TaskState) -> TaskState:
-        line, index = self.line_m, state["index"]
-        distance_m = length_m(self._follower_m(seen)[:, None] - line[None])
+        line, follower_m = self.line_m, self._follower_m(seen)
+        distance_m = length_m(follower_m[:, None] - line[None])
         number = np.arange(len(line))[None]
+        known = number[:, :-1] <= state["index"][:, None] + _AHEAD_POINTS
+        beside_m = np.where(known, self._beside_m(follower_m), np.inf).min(axis=1)
+        index = np.where(beside_m <= self.within_m, state["index"], -1)
         last = np.where(index < 0, 0, index + _AHEAD_POINTS)[:, None]  # following begins at the first point
         reached = (distance_m <= self.within_m) & (number > index[:, None]) & (number <= last)
         farthest = np.where(reached, number, -1).max(axis=1)
@@ -179,6 +185,13 @@ class Follow(Goal):
         at_end = length_m(self._follower_m(seen) - self.line_m[-1]) <= self.within_m
         return np.asarray((state["index"] >= len(self.line_m) - 1) & at_end)
 
+    def _beside_m(self, point_m: FloatArray) -> FloatArray:
+        """Return the distances of points, (n, 3) [m], from the lines between neighbours of `line_m`, (n, m - 1) [m]."""
+        start, way = self.line_m[:-1], np.diff(self.line_m, axis=0)
+        from_start = point_m[:, None] - start
+        share = np.clip((from_start * way).sum(axis=-1) / np.square(way).sum(axis=-1), 0.0, 1.0)
+        return length_m(from_start - share[..., None] * way)
+
     def _follower_m(self, seen: GoalReadings) -> FloatArray:
         return seen["position" if self.target else "tip"]
 
@@ -190,5 +203,5 @@ class Follow(Goal):
         corners = " to ".join("(" + ", ".join(f"{each:g}" for each in point) + ")" for point in self.path_m)
         return (
             f"{who} has gone from {corners} m, never more than {self.within_m:g} m beside the lines between, and is at "
-            "their end."
+            "their end. Who leaves them has to begin again at the first point."
         )

@@ -47,6 +47,10 @@ class GoalReadings:
         """Return `Readings.peak_force_n` of a sensor, (n,) [N]."""
         return self.readings.peak_force_n(self.name(sensor))
 
+    def all_contacts_n(self, sensor: str) -> FloatArray:
+        """Return `Readings.peak_contact_n` of all contacts of a sensor together, (n,) [N]."""
+        return self.readings.peak_contact_n(self.name(sensor), together=True)
+
     def mean_speed_m_s(self, sensor: str) -> FloatArray:
         """Return the magnitude of a sensor's mean velocity since the last control step, (n,) [m/s]."""
         return np.asarray(np.linalg.norm(self.readings.samples(self.name(sensor)).mean(axis=1), axis=-1))

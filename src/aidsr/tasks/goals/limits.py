@@ -187,7 +187,7 @@ class ForceLimit(Limit):
     on: str
     """Body of the environment."""
     at_most_n: Positive
-    """Largest net force by the robot [N]."""
+    """Largest sum of the normal forces of the robot's contacts [N]: in a net force those of two jaws would cancel."""
 
     def check(self, environment: EnvironmentIndex) -> None:
         """See `Limit`."""
@@ -195,13 +195,13 @@ class ForceLimit(Limit):
 
     def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
         """See `Limit`."""
-        return (TaskSensor(name=f"{tag}_force", quantity="contact_force", target=self.on),)
+        return (TaskSensor(name=f"{tag}_contacts", quantity="contacts", target=self.on, slots=8),)
 
     unit: ClassVar = "N"
 
     def measured(self, seen: GoalReadings) -> FloatArray:
         """See `Limit`."""
-        return seen.peak_force_n("force")
+        return seen.all_contacts_n("contacts")
 
     @property
     def allowed(self) -> float:
@@ -216,7 +216,15 @@ class ForceLimit(Limit):
     @property
     def sentence(self) -> str:
         """See `Limit`."""
-        return f"More than {self.at_most_n:g} N by the robot on {self.on}."
+        return f"More than {self.at_most_n:g} N by the robot on {self.on}, all contacts together."
+
+
+class NetForceLimit(ForceLimit):
+    """An upper limit on the net force on a body, which a goal that asks for a net force sets itself."""
+
+    def measured(self, seen: GoalReadings) -> FloatArray:
+        """See `Limit`; the goal has the sensor."""
+        return seen.peak_force_n("force")
 
 
 AnyLimit = Annotated[KeepOut | SpeedLimit | ForceLimit, Field(discriminator="kind")]

@@ -11,7 +11,7 @@ from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.goals.environment_index import EnvironmentIndex
 from aidsr.tasks.goals.goal import COMING, DOING, MARGIN_M, Goal, Wording, offset_sensor
 from aidsr.tasks.goals.goal_readings import GoalReadings
-from aidsr.tasks.goals.limits import AnyLimit, ForceLimit
+from aidsr.tasks.goals.limits import AnyLimit, NetForceLimit
 from aidsr.tasks.goals.numbers import Positive
 from aidsr.tasks.readings import BoolArray, FloatArray
 from aidsr.tasks.shaping import closeness, share
@@ -79,7 +79,7 @@ class Touch(Goal):
     def bounds(self, tag: str) -> tuple[tuple[str, AnyLimit], ...]:
         if self.at_most_n is None:
             return ()
-        return ((tag, ForceLimit(kind="force", on=self.target, at_most_n=self.at_most_n)),)
+        return ((tag, NetForceLimit(kind="force", on=self.target, at_most_n=self.at_most_n)),)
 
     def is_met(self, seen: GoalReadings, state: TaskState) -> BoolArray:
         del state
