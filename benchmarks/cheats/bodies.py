@@ -354,6 +354,35 @@ def fly(speed_m_s: float = 0.08) -> Rule:
     return rule
 
 
+def _stacked_wheels() -> str:
+    """Each wheel ends a stack of ten hinges about its axle, which turn as far as hinges may: 7.4 turns in all.
+
+    The anchors zigzag, so that no two hinges are about exactly one line, and a fixed tendon over a stack pulls only.
+    """
+    parts, discs = Parts(), 10
+    for number, x in enumerate((-0.05, 0.05)):
+        for side, sign in (("left", 1.0), ("right", -1.0)):
+            name = f"{side}_{number}"
+            text = ""
+            for disc in reversed(range(discs)):
+                shape = (
+                    _WHEELS if disc == discs - 1 else 'type="cylinder" size="0.006 0.0032" euler="90 0 0" density="600"'
+                )
+                at = f"0 {sign * 0.008:g} {0.0005 * (-1) ** disc:g}" if disc else f"{x} {sign * 0.02:g} 0.03"
+                text = (
+                    f'<body name="{name}_{disc}" pos="{at}"><joint name="{name}_{disc}" axis="0 1 0" range="-134 134" '
+                    f'ref="-134" damping="0.002" armature="1e-6" solreflimit="0.004 1"/><geom {shape}/>{text}</body>'
+                )
+            joints = "".join(f'<joint joint="{name}_{disc}" coef="1"/>' for disc in range(discs))
+            parts += Parts(
+                bodies=text,
+                tendons=f'<fixed name="{name}">{joints}</fixed>',
+                actuators=f'<motor name="{name}" tendon="{name}" ctrlrange="0 0.3"/>',
+                sensors=f'<tendonpos name="{name}_turn" tendon="{name}"/>',
+            )
+    return (parts + tail('pos="0 0 0.043"')).document(_chassis())
+
+
 def _flywheel() -> str:
     """A closed drum; a motor inside turns an off-centre weight and pushes against the weight's inertia."""
     rim = '<geom name="drum" type="cylinder" size="0.05 0.04" pos="0 0 0.05" euler="90 0 0" mass="0.1"/>'
@@ -1063,6 +1092,14 @@ CHEATS: tuple[Cheat, ...] = (
         "flat_ground",
         (_cart(0.04, (-0.05, 0.05), _muscle) + tail('pos="0 0 0.043"')).document(_chassis()),
         lambda: steer(-0.6),
+    ),
+    Cheat(
+        "stacked_wheels",
+        "Each wheel ends a stack of ten hinges with ranges of 268 degrees, and a fixed tendon that only pulls turns "
+        "all of them by the same angle: evenly bent joints in series, as in a limb.",
+        "flat_ground",
+        _stacked_wheels(),
+        lambda: steer(-0.9, 1.0),
     ),
     Cheat(
         "crank_engine",

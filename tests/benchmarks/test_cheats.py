@@ -33,7 +33,10 @@ BY_CODE = {
         "pull_only_wheels rigid_legs flywheel_drum piston_sled riser_on_top motor_jaws motor_scoop belt_jaws "
         "gentle_jaws motor_pointer"
     ),
-    "wheel": "crank_engine wheels_on_necks weight_clock wound_wheels limit_cart cable_piston_sled tilted_world",
+    "wheel": (
+        "stacked_wheels crank_engine wheels_on_necks weight_clock wound_wheels limit_cart cable_piston_sled "
+        "tilted_world"
+    ),
     "thruster": "jet_puck jet_over_gap",
     "adhesion": "sticky_pad sticky_pad_in_space",
     "loaded_spring": "spring_jaws heavy_spring_jaws spring_umbrella spring_pin",
