@@ -360,6 +360,35 @@ def fly(speed_m_s: float = 0.08) -> Rule:
     return rule
 
 
+def _stacked_wheels() -> str:
+    """Each wheel ends a stack of ten hinges about its axle, which turn as far as hinges may: 7.4 turns in all.
+
+    The anchors zigzag, so that no two hinges are about exactly one line, and a fixed tendon over a stack pulls only.
+    """
+    parts, discs = Parts(), 10
+    for number, x in enumerate((-0.05, 0.05)):
+        for side, sign in (("left", 1.0), ("right", -1.0)):
+            name = f"{side}_{number}"
+            text = ""
+            for disc in reversed(range(discs)):
+                shape = (
+                    _WHEELS if disc == discs - 1 else 'type="cylinder" size="0.006 0.0032" euler="90 0 0" density="600"'
+                )
+                at = f"0 {sign * 0.008:g} {0.0005 * (-1) ** disc:g}" if disc else f"{x} {sign * 0.02:g} 0.03"
+                text = (
+                    f'<body name="{name}_{disc}" pos="{at}"><joint name="{name}_{disc}" axis="0 1 0" range="-134 134" '
+                    f'ref="-134" damping="0.002" armature="1e-6" solreflimit="0.004 1"/><geom {shape}/>{text}</body>'
+                )
+            joints = "".join(f'<joint joint="{name}_{disc}" coef="1"/>' for disc in range(discs))
+            parts += Parts(
+                bodies=text,
+                tendons=f'<fixed name="{name}">{joints}</fixed>',
+                actuators=f'<motor name="{name}" tendon="{name}" ctrlrange="0 0.3"/>',
+                sensors=f'<tendonpos name="{name}_turn" tendon="{name}"/>',
+            )
+    return (parts + tail('pos="0 0 0.043"')).document(_chassis())
+
+
 def _flywheel() -> str:
     """A closed drum; a motor inside turns an off-centre weight and pushes against the weight's inertia."""
     rim = '<geom name="drum" type="cylinder" size="0.05 0.04" pos="0 0 0.05" euler="90 0 0" mass="0.1"/>'
@@ -487,7 +516,7 @@ def _jaws(
     limb: Parts | None = None,
     spatial: bool = True,
 ) -> str:
-    """Two rigid jaws, each on a hinge. `drive`: "motor", "cable", "fixed" (fixed tendon) or "spring"."""
+    """Two rigid jaws, each on a hinge. `drive`: "motor", "cable", "fixed" (fixed tendon), "spring" or "coupled"."""
     parts = Parts()
     root = (
         f'<geom name="stem" type="cylinder" size="0.01 {hinge_m / 2}" pos="0 0 {hinge_m / 2}"/>'
@@ -611,6 +640,18 @@ def _threaded_jaws() -> str:
     sensors = "".join(f'<tendonpos name="{jaw}_length" tendon="{jaw}"/>' for jaw in routes)
     plain = Parts(bodies=heavy.bodies, tendons=tendons, sensors=sensors)
     return _jaws("cable", limb=plain, spatial=False)
+
+
+def _geared_jaws() -> str:
+    """Rigid jaws without an actuator, each coupled to the first joint of a heavy cable limb that points away."""
+    limbs = Parts()
+    for side, turn in (("left", 90), ("right", -90)):
+        name = f"decoy_{side}"
+        place = f'pos="{turn / 3000:g} 0 0" euler="0 {turn} 0"'
+        limbs += chain(name, place, links=6, radius_m=0.009, stiffness=0.5, pull_n=40.0, geom='density="2500"') + Parts(
+            constraints=f'<joint joint1="{side}" joint2="{name}_0_0" polycoef="0 0.6 0 0 0" solref="0.004 1"/>'
+        )
+    return _jaws("coupled", limb=limbs)
 
 
 def _heavy_spring_jaws() -> str:
@@ -780,8 +821,11 @@ def lean() -> Rule:
     return rule
 
 
-def _fingers13(drive: str) -> str:
-    """Thirteen fingers spread over the half circle in which the button can be. `drive`: "cable" or "spring"."""
+def _fingers13(drive: str, *, ballast: bool = False) -> str:
+    """Thirteen fingers spread over the half circle in which the button can be. `drive`: "cable" or "spring".
+
+    With `ballast` they stand on a body of their own, the hub, beside a limb that is heavier than all of them.
+    """
     parts = Parts()
     for k in range(13):
         angle = -radial(k, 13, 180.0, -90.0)  # the mount faces down: the robot's +y is the world's -y
@@ -810,7 +854,19 @@ def _fingers13(drive: str) -> str:
         parts += Parts(bodies=body)
     if drive == "spring":
         parts += tail('pos="-0.07 0 0" euler="0 -90 0"')
-    return parts.document('<geom name="plate" type="cylinder" size="0.07 0.004"/><site name="hub" pos="0 0 0.26"/>')
+    plate = '<geom name="plate" type="cylinder" size="0.07 0.004"/><site name="hub" pos="0 0 0.26"/>'
+    if not ballast:
+        return parts.document(plate)
+    hub = replace(parts, bodies=f'<body name="hub_plate">{plate}{parts.bodies}</body>')
+    heavy = chain(
+        "ballast",
+        'pos="-0.075 0 0.01" euler="0 -90 0"',
+        radius_m=0.012,
+        stiffness=2.0,
+        pull_n=40.0,
+        geom='density="2500"',
+    )
+    return (hub + heavy).document('<geom name="block" type="box" size="0.006 0.01 0.004" pos="-0.07 0 0"/>')
 
 
 def _pointer(drive: str, rest: float = 80.0) -> str:
@@ -1102,6 +1158,14 @@ CHEATS: tuple[Cheat, ...] = (
         lambda: steer(-0.6),
     ),
     Cheat(
+        "stacked_wheels",
+        "Each wheel ends a stack of ten hinges with ranges of 268 degrees, and a fixed tendon that only pulls turns "
+        "all of them by the same angle: evenly bent joints in series, as in a limb.",
+        "flat_ground",
+        _stacked_wheels(),
+        lambda: steer(-0.9, 1.0),
+    ),
+    Cheat(
         "crank_engine",
         "Three cables pull on a crank pin of each rear wheel in turn, as in a radial engine. All actuators are "
         "cables and "
@@ -1374,6 +1438,15 @@ CHEATS: tuple[Cheat, ...] = (
         part="grip",
     ),
     Cheat(
+        "geared_jaws",
+        "Rigid jaws that joint equalities gear to two heavy soft limbs: cables bend only these limbs, which point away "
+        "and hold nothing.",
+        "simple_grasping",
+        _geared_jaws(),
+        lambda: then({"*back": 0.0}, 1.3, {"*front": 1.0}),
+        part="grip",
+    ),
+    Cheat(
         "heavy_spring_jaws",
         "Spring jaws beside a soft limb so heavy that the energy in the springs is little for the robot's weight.",
         "simple_grasping",
@@ -1479,6 +1552,15 @@ CHEATS: tuple[Cheat, ...] = (
         "button_pushing",
         _fingers13("cable"),
         lambda: constant({"finger_*": 1.0}),
+    ),
+    Cheat(
+        "thirteen_fingers_with_ballast",
+        "The same fingers on a hub, the functional part, beside a limb that has over half of the moving mass. They "
+        "wait for the signal.",
+        "button_pushing",
+        _fingers13("cable", ballast=True),
+        lambda: then({"finger_*": -1.0}, 1.6, {"finger_*": 1.0}),
+        part="hub",
     ),
     Cheat(
         "spring_umbrella",

@@ -10,14 +10,17 @@ import pytest
 from benchmarks.cheats.bodies import CHEATS
 from benchmarks.cheats.honest import FOUND, look, refusals
 from benchmarks.cheats.matrix import PAGE, current, page, tried_at
-from benchmarks.cheats.parts import Player, constant
+from benchmarks.cheats.parts import Parts, Player, chain, constant
 from benchmarks.cheats.playing import lift_m, place, play
 from benchmarks.cheats.wins import BEFORE, fingerprint, read_rows
 from benchmarks.episode_clock import EpisodeClock
 
 from aidsr import validate
+from aidsr.core.artifacts import Placement, Robot
 from aidsr.core.errors import UserError
+from aidsr.learn.episodes.plausibility import part_check
 from aidsr.learn.episodes.scene import TaskScene
+from aidsr.sim.assembly import assemble
 from aidsr.sim.scope import find_out_of_scope
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import TASKS, load_task
@@ -31,7 +34,10 @@ BY_CODE = {
         "pull_only_wheels rigid_legs flywheel_drum piston_sled riser_on_top motor_jaws motor_scoop belt_jaws "
         "gentle_jaws motor_pointer"
     ),
-    "wheel": "crank_engine wheels_on_necks weight_clock wound_wheels limit_cart cable_piston_sled tilted_world",
+    "wheel": (
+        "stacked_wheels crank_engine wheels_on_necks weight_clock wound_wheels limit_cart cable_piston_sled "
+        "tilted_world"
+    ),
     "thruster": "jet_puck jet_over_gap",
     "adhesion": "sticky_pad sticky_pad_in_space sticky_worm",
     "moving_surface": "conveyor_worm",
@@ -39,7 +45,7 @@ BY_CODE = {
     "ghost_shape": "ghost_rope ghost_arm stacked_ghost_arm",
     "few_bent_joints": "knuckle_jaws one_hinge_arm integrator_arm clipped_filter_arm one_soft_hinge_arm",
     "contact_margin": "margin_arm",
-    "cable_on_linkage": "cable_jaws threaded_jaws force_field welded_object glued_jaws lifts_the_object",
+    "cable_on_linkage": "cable_jaws threaded_jaws geared_jaws force_field welded_object glued_jaws lifts_the_object",
     "mostly_rigid": "heavy_hoop passive_petals limp_rope basket rigid_rod rod_on_mount rigid_hook",
 }
 """Bodies by the code of scope that says what they are."""
@@ -55,7 +61,7 @@ BY_CHECK = {
         "starts_behind_the_gap starts_behind_the_tunnel coils_behind_the_gap drawn_behind_the_gap "
         "coils_behind_the_tunnel rears_up_on_the_stairs held_over_the_obstacles"
     ),
-    "functional_part_is_a_part": "thirteen_fingers",
+    "functional_part_is_a_part": "thirteen_fingers thirteen_fingers_with_ballast",
     "in_scope": "ghost_tip",
     "starts_low": "falling_limb",
 }
@@ -94,6 +100,28 @@ def test_a_body_is_refused_before_an_episode_is_played(name, check):
 def test_a_scene_of_its_own_is_refused(name, words):
     cheat = BY_NAME[name]
     with pytest.raises(UserError, match=words):
+@pytest.mark.parametrize(
+    ("fingers", "on_arm", "passed"),
+    [(2, False, False), (1, False, True), (2, True, True)],
+    ids=["hub", "one limb", "hand on an arm"],
+)
+def test_a_hub_of_limbs_is_no_functional_part_however_much_the_rest_weighs(fingers, on_arm, passed):
+    hand = sum((chain(f"finger_{k}", f'pos="{0.02 * k} 0 0.012"', links=4) for k in range(fingers)), Parts())
+    hub = f'<body name="hub" pos="0 0 0.03"><geom size="0.004"/>{hand.bodies}</body>'
+    place = 'pos="0.05 0 0.01" euler="0 90 0"'
+    heavy = chain("heavy", place, links=6, end=hub if on_arm else "", geom='density="4000"')
+    mjcf = (replace(hand, bodies="" if on_arm else hub) + heavy).document('<geom size="0.01"/>')
+    task, placement = load_task("button_pushing"), Placement(mount="mount", base="fixed")
+    robot = Robot(mjcf=mjcf, functional_part="hub")
+    model = mujoco.MjModel.from_xml_string(assemble(robot, task.environment, placement, task.sensors).mjcf)
+    check = part_check(model, read_structure(model), task.sensors)
+    assert check.passed == passed
+    assert check.unit == ("of the robot's moving mass" if passed else "limbs")
+
+
+def test_a_world_of_its_own_is_refused():
+    cheat = BY_NAME["tilted_world"]
+    with pytest.raises(UserError, match="option has gravity"):
         TaskScene.of(place(cheat, load_task(cheat.task)), cheat.task)
 
 

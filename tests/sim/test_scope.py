@@ -54,6 +54,20 @@ def test_a_joint_that_only_a_stiff_spring_holds_is_no_axle() -> None:
     assert codes(changed((' range="-40 40"', ""), ('stiffness="0.2"', 'stiffness="0"'))) >= {"wheel"}
 
 
+@pytest.mark.parametrize(("apart_m", "wheel"), [(0.002, True), (0.03, False)])
+def test_hinges_about_one_line_turn_as_one(apart_m: float, wheel: bool) -> None:
+    ranges = (' range="-40 40"', ' range="-100 100"'), ('stiffness="0.2"', 'stiffness="0.005"')
+    assert codes(changed(*ranges)) == set()
+    inner = '<geom type="capsule" size="0.004" fromto="0 -0.02 0 0 0.02 0" mass="0.005"/>'
+    for k in range(2):
+        inner = (
+            f'<body name="disc{k}" pos="{apart_m} 0.01 0"><joint axis="0 1 0" range="-100 100" damping="0.001"/>'
+            f'<geom size="0.004" mass="0.001"/>{inner}</body>'
+        )
+    found = codes(changed(('<body name="base">', f'<body name="base">{inner}')))
+    assert ("wheel" in found) == wheel
+
+
 def test_a_limb_too_stiff_for_its_cables_counts_as_rigid() -> None:
     model, structure = _read(small_arm())
     soft = read_soft_body(model, structure, structure.tendon_actuators)
@@ -68,6 +82,38 @@ def test_a_limb_too_stiff_for_its_cables_counts_as_rigid() -> None:
 
 def test_damping_that_holds_a_joint_for_a_whole_episode_makes_it_rigid() -> None:
     assert "few_bent_joints" in codes(small_arm(damping=2000.0))
+
+
+JAW = (
+    '<body name="jaw" pos="0.05 0 0"><joint name="jaw" axis="0 1 0" range="-40 40" stiffness="0.2" damping="0.01"/>'
+    '<geom type="capsule" fromto="0.01 0 0 0.04 0 0" size="0.004" mass="0.005"/></body>'
+)
+GEARS = {
+    "a joint": '</tendon><equality><joint joint1="jaw" joint2="bend1" polycoef="0 0.6 0 0 0"/></equality>',
+    "by its square": '</tendon><equality><joint joint1="jaw" joint2="bend1" polycoef="0 0 2 0 0"/></equality>',
+    "leads": '</tendon><equality><joint joint1="bend2" joint2="jaw" polycoef="0 0.6 0 0 0"/></equality>',
+    "one by one": (
+        '</tendon><equality><joint joint1="more" joint2="bend1"/><joint joint1="jaw" joint2="more"/></equality>'
+    ),
+    "tendons": (
+        '<fixed name="sum"><joint joint="bend1" coef="1"/><joint joint="bend2" coef="1"/></fixed>'
+        '<fixed name="own"><joint joint="jaw" coef="1"/></fixed></tendon>'
+        '<equality><tendon tendon1="own" tendon2="sum"/></equality>'
+    ),
+}
+
+
+@pytest.mark.parametrize("gear", GEARS.values(), ids=GEARS)
+def test_a_part_geared_to_a_limb_is_a_linkage(gear: str) -> None:
+    more = JAW.replace("jaw", "more").replace("0.05 0 0", "0 0.05 0")
+    jaws = ('<body name="base">', f'<body name="base">{JAW}{more}')
+    assert "cable_on_linkage" not in codes(changed(jaws))
+    assert "cable_on_linkage" in codes(changed(jaws, ("</tendon>", gear)))
+
+
+def test_joints_of_one_limb_may_be_coupled() -> None:
+    gear = '</tendon><equality><joint joint1="bend4" joint2="bend3"/></equality>'
+    assert codes(changed(("</tendon>", gear))) == set()
 
 
 def test_discs_that_collide_stand_for_the_backbone_between_them() -> None:
@@ -120,9 +166,14 @@ def test_a_sum_of_joints_that_is_driven_to_both_sides_is_a_motor() -> None:
     assert "motorized_joint" in codes(_coupled('ctrlrange="-8 8"'))
 
 
-def _coupled(motor: str) -> str:
-    """The small arm bent by a fixed tendon over its four joints."""
-    joints = "".join(f'<joint joint="bend{i}" coef="0.009"/>' for i in range(1, 5))
+@pytest.mark.parametrize(("share", "motor"), [(0.5, False), (1e-9, True)])
+def test_a_sum_in_which_one_joint_has_all_the_weight_is_a_motor(share: float, motor: bool) -> None:
+    assert ("motorized_joint" in codes(_coupled('ctrlrange="0 8"', share))) == motor
+
+
+def _coupled(motor: str, share: float = 1.0) -> str:
+    """The small arm bent by a fixed tendon over its four joints; `share` is the weight of all but the first."""
+    joints = "".join(f'<joint joint="bend{i}" coef="{0.009 * (share if i > 1 else 1)}"/>' for i in range(1, 5))
     head, _, rest = small_arm().partition("<tendon>")
     tail = rest.partition("</actuator>")[2]
     drive = f'<tendon><fixed name="flex">{joints}</fixed></tendon><actuator><motor tendon="flex" {motor}/></actuator>'

@@ -15,6 +15,8 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
+from aidsr.sim.tendon_effects import length_gradient_entries
+
 Array = NDArray[np.float64]
 
 
@@ -53,6 +55,28 @@ def read_couplings(model: mujoco.MjModel) -> tuple[Coupling, ...]:
         for each in ready:
             del waiting[each.joint]
     return tuple(ordered)
+
+
+def coupled_dofs(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.bool_]:
+    """Return which degrees of freedom each active joint or tendon equality makes depend on each other, (n, nv).
+
+    The size of a ratio does not matter, as it may differ from pose to pose.
+
+    Args:
+        model: Compiled model.
+        data: Data of the model after `mj_forward`.
+    """
+    rows = [np.zeros(model.nv, dtype=bool)]
+    for equality in np.flatnonzero(np.asarray(model.eq_active0)).tolist():
+        kind, row = int(model.eq_type[equality]), np.zeros(model.nv, dtype=bool)
+        ends = [int(end) for end in (model.eq_obj1id[equality], model.eq_obj2id[equality]) if end >= 0]
+        if kind == int(mujoco.mjtEq.mjEQ_JOINT) and model.eq_data[equality, 1:5].any():
+            row[model.jnt_dofadr[ends]] = True
+        elif kind == int(mujoco.mjtEq.mjEQ_TENDON):
+            for end in ends:
+                row[length_gradient_entries(model, data, end)[0]] = True
+        rows.append(row)
+    return np.array(rows)
 
 
 def follow(model: mujoco.MjModel, couplings: tuple[Coupling, ...], qpos: Array) -> None:

@@ -21,6 +21,11 @@ that."""
 SPRING_SHARE = 0.02
 """Torque of a joint's spring at a quarter turn / (weight x L), below which the joint counts as one without a spring.
 Our choice."""
+SAME_LINE = 0.05
+"""Distance / L between parallel hinges below which they turn about the same line, a wheel's axle. Our choice: half a
+segment of a ten-segment limb; a limb that curls by three quarters of a turn within that length runs into itself."""
+_PARALLEL_COSINE = 0.98
+"""Smallest cosine between the axes of parallel hinges."""
 LOADED_SHARE = 1.0
 """Largest allowed energy of all springs in the initial pose / (weight x L). Our choice: springs with more energy throw
 the robot up by its length; a blade that springs press on a wall has half of that."""
@@ -37,22 +42,50 @@ _SLIDE = int(_JNT.mjJNT_SLIDE)
 
 
 def find_axles(reader: ScopeReader) -> Iterator[ScopeFinding]:
-    """Find hinges and balls that can turn by more than three quarters of a turn and that no spring returns."""
+    """Find hinges and balls that can turn by more than three quarters of a turn and that no spring returns.
+
+    Hinges about one line, one carried by the other, turn as one.
+    """
     model = reader.model
-    axles = []
+    axles = set[int]()
     for joint in reader.inner_joints():
         if int(model.jnt_type[joint]) == _SLIDE:
             continue
-        low, high = model.jnt_range[joint]
-        ball = int(model.jnt_type[joint]) == _BALL
-        room = (2 * high if ball else high - low) if model.jnt_limited[joint] else np.inf
-        torque = abs(float(model.jnt_stiffness[joint])) * np.pi / 2
+        line = _hinges_on_line(reader, joint)
+        room = sum(_room_rad(model, each) for each in line)
+        stiffness = np.abs(np.asarray(model.jnt_stiffness)[line])
+        torque = np.pi / 2 / float((1 / stiffness).sum()) if stiffness.all() else 0.0
         if room > FREE_TURN_RAD and torque < SPRING_SHARE * reader.weight_n * reader.length_m:
-            axles.append(reader.joint(joint))
+            axles.update(line)
     if axles:
-        yield ScopeFinding(
-            "wheel", "turns like a wheel on its axle, and no spring returns it", tuple(axles), len(axles), 0
-        )
+        names = tuple(reader.joint(joint) for joint in sorted(axles))
+        yield ScopeFinding("wheel", "turns like a wheel on its axle, and no spring returns it", names, len(names), 0)
+
+
+def _room_rad(model: mujoco.MjModel, joint: int) -> float:
+    """Return the angle by which a hinge or ball can turn from one end of its range to the other."""
+    if not model.jnt_limited[joint]:
+        return np.inf
+    low, high = model.jnt_range[joint]
+    return float(2 * high if int(model.jnt_type[joint]) == _BALL else high - low)
+
+
+def _hinges_on_line(reader: ScopeReader, joint: int) -> list[int]:
+    """Return a joint and, if it is a hinge, the hinges nearer to the root that turn about the same line."""
+    model, data = reader.model, reader.data
+    found, body = [joint], int(model.jnt_bodyid[joint])
+    axis, away_m = data.xaxis[joint], SAME_LINE * reader.length_m
+    carriers = set[int]()
+    while body:
+        carriers.add(body)
+        body = int(model.body_parentid[body])
+    for other in reader.inner_joints() if int(model.jnt_type[joint]) == _HINGE else ():
+        if other >= joint or int(model.jnt_type[other]) != _HINGE or int(model.jnt_bodyid[other]) not in carriers:
+            continue
+        gap_m = np.linalg.norm(np.cross(axis, data.xanchor[other] - data.xanchor[joint]))
+        if abs(float(axis @ data.xaxis[other])) > _PARALLEL_COSINE and gap_m < away_m:
+            found.append(other)
+    return found
 
 
 def find_springs(reader: ScopeReader) -> Iterator[ScopeFinding]:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import mujoco
+import numpy as np
 
 from aidsr.sim.actuator_force import end_forces, output_of
 from aidsr.sim.drive import Drive, read_drives
-from aidsr.sim.soft_body import SERIES_JOINTS, SoftBody, read_soft_body
+from aidsr.sim.soft_body import EVEN_JOINTS, SERIES_JOINTS, SoftBody, read_soft_body
 from aidsr.sim.structure import Structure, name_of
 
 PUSH_SHARE = 0.1
@@ -95,14 +96,17 @@ class ScopeReader:
     def _pulls_cable(self, actuator: int) -> bool:
         """Return whether an actuator on a tendon pulls a cable.
 
-        A spatial tendon is a cable. A fixed tendon counts as one if it acts on three or more joints and its actuator
-        hardly pushes.
+        A spatial tendon is a cable. A fixed tendon counts as one if it acts on three or more joints, spreads its force
+        over them, and its actuator hardly pushes.
         """
         tendon = self.tendons.get(int(self.model.actuator_trnid[actuator, 0]))
         if tendon is None or tendon.spatial:
             return tendon is not None
         push, pull = self.pushes[actuator]
-        return tendon.spans > SERIES_JOINTS and push <= PUSH_SHARE * pull
+        first = int(self.model.tendon_adr[tendon.id])
+        sizes = np.abs(np.asarray(self.model.wrap_prm)[first : first + int(self.model.tendon_num[tendon.id])])
+        spread = sizes.sum() ** 2 >= EVEN_JOINTS * (sizes**2).sum()
+        return bool(spread) and tendon.spans > SERIES_JOINTS and push <= PUSH_SHARE * pull
 
     def inner_joints(self) -> list[int]:
         """Return all joints of the robot except free joints."""

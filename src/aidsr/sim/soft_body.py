@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from aidsr.sim.couplings import coupled_dofs
 from aidsr.sim.drive import read_drives
 from aidsr.sim.extent import UNBOUNDED, box_corners_m
 from aidsr.sim.poses import bent_pose
@@ -52,7 +53,7 @@ class SoftBody:
     Attributes:
         series: Largest number of joints in series that cables bend.
         bent: Bodies with joints that cables bend, in series of three or more joints that share the bending.
-        linkage: Bodies with other joints that cables turn or slide.
+        linkage: Bodies with other joints that cables turn or slide, directly or through couplings to a limb's joints.
         length_m: Total length of the bent series [m].
         largest_part: Bodies of the largest rigid part; no joint between them can bend.
         largest_part_m: Extent of that part [m]: the largest distance between two points of its colliding geoms. For the
@@ -113,6 +114,7 @@ def read_soft_body(model: mujoco.MjModel, structure: Structure, cables: Iterable
     }
     heaviest = max(masses, key=lambda root: masses[root])
     unmoved = () if structure.free_roots else _unmoved(model, structure, bent)
+    moved = bends | _geared(model, data, structure, torque > 0)
     whole_kg = max(structure.mass_kg, np.finfo(float).tiny)
     return SoftBody(
         series=series,
@@ -121,7 +123,7 @@ def read_soft_body(model: mujoco.MjModel, structure: Structure, cables: Iterable
             body
             for body in structure.moving
             if body not in bent
-            and any(bends[dof] for dof in _dofs(model, body) if model.jnt_type[model.dof_jntid[dof]] != _FREE)
+            and any(moved[dof] for dof in _dofs(model, body) if model.jnt_type[model.dof_jntid[dof]] != _FREE)
         ),
         length_m=length_m,
         largest_part=parts[largest],
@@ -197,6 +199,28 @@ def unlocked_dofs(model: mujoco.MjModel, data: mujoco.MjData) -> Mask:
     equal = jacobian[rows]
     left = 1.0 - np.einsum("ij,ji->i", np.linalg.pinv(equal, rcond=1e-6), equal)
     return np.asarray(left > _LOCKED)
+
+
+def _geared(model: mujoco.MjModel, data: mujoco.MjData, structure: Structure, pulled: Mask) -> Mask:
+    """Return which degrees of freedom are coupled to a limb that a cable acts on and are not the limb's own, (nv,).
+
+    Args:
+        model: Compiled model.
+        data: Data of the model after `mj_forward`.
+        structure: The robot in the model.
+        pulled: Which degrees of freedom a cable acts on, (nv,).
+    """
+    joints = np.asarray(model.dof_jntid)
+    couples = coupled_dofs(model, data) & (np.asarray(model.jnt_type)[joints] != _FREE)
+    geared = np.zeros(model.nv, dtype=bool)
+    for chain in structure.chains if len(couples) else ():
+        own = np.isin(joints, chain.joints)
+        reached, count = own & pulled, -1
+        while reached.sum() > count:
+            count = reached.sum()
+            reached = reached | couples[(couples & reached).any(axis=1)].any(axis=0)
+        geared |= reached & ~own
+    return geared
 
 
 def _dofs(model: mujoco.MjModel, body: int) -> list[int]:

@@ -17,6 +17,7 @@ from aidsr.sim.extent import bounding_box_m
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.sim.placement import mount_names
 from aidsr.sim.scope import find_out_of_scope
+from aidsr.sim.scope_reader import ScopeReader
 from aidsr.sim.structure import Structure
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.readings import FloatArray
@@ -56,6 +57,10 @@ incline and to the last edge of the stairs; built-in rings are up to 0.21 m high
 CARRIED = 0.5
 """Largest moving mass from the functional part outwards, as a share of all moving mass, where only that part's contacts
 count. Source: our choice: a tip carries a tenth, and a hub carries everything."""
+
+LIMBS = 1
+"""Largest number of limbs that may begin on a functional part, where only that part's contacts count, unless an arm
+carries it. Source: our choice: no functional part of a recorded design for such a task has any."""
 
 _ASIDE = "one episode in twenty aside"
 _TOO_FEW = "too few successful episodes to tell"
@@ -267,13 +272,16 @@ def height_check(model: mujoco.MjModel, structure: Structure) -> PlausibilityChe
 def part_check(model: mujoco.MjModel, structure: Structure, sensors: Sequence[TaskSensor]) -> PlausibilityCheck:
     """Check that the functional part is not the whole robot, where a task counts only that part's contacts.
 
+    It may not be a hub of several limbs either, however much the rest weighs, unless an arm as long as they are carries
+    it.
+
     Args:
         model: The scene.
         structure: Structure of its robot.
         sensors: Sensors of the task.
     """
     counts = any(sensor.part == "functional_part" and "contact" in sensor.quantity for sensor in sensors)
-    share = 0.0
+    name, share = "functional_part_is_a_part", 0.0
     if counts and structure.mass_kg > 0:
         part = int(model.site(FUNCTIONAL_SITE).bodyid[0])
         behind = {part}
@@ -281,8 +289,38 @@ def part_check(model: mujoco.MjModel, structure: Structure, sensors: Sequence[Ta
             if int(model.body_parentid[body]) in behind:
                 behind.add(body)
         share = float(sum(model.body_mass[body] for body in behind & set(structure.moving))) / structure.mass_kg
+        limbs = _hub_limbs(model, structure, part, behind)
+        if share <= CARRIED and limbs > LIMBS:
+            return _at_most(LIMBS, name, limbs, "limbs that begin on the functional part, a hub", "limbs")
     message = "moving mass of the functional part and what it carries" if counts else "the task counts every touch"
-    return _at_most(CARRIED, "functional_part_is_a_part", share, message, "of the robot's moving mass")
+    return _at_most(CARRIED, name, share, message, "of the robot's moving mass")
+
+
+def _hub_limbs(model: mujoco.MjModel, structure: Structure, part: int, behind: set[int]) -> int:
+    """Return the number of limbs that cables bend and that begin on a part; 0 if an arm as long as they are carries it.
+
+    Args:
+        model: The scene.
+        structure: Structure of its robot.
+        part: Body of the functional part.
+        behind: That body and all that it carries.
+    """
+    bent, before = set(ScopeReader(model, structure).soft.bent), int(model.body_parentid[part])
+    carriers = set[int]()
+    while before in structure.bodies:
+        carriers.add(before)
+        before = int(model.body_parentid[before])
+    limbs_m, arm_m = [], 0.0
+    for chain in structure.chains:
+        length_m = float(np.linalg.norm(np.diff(chain.anchors_m, axis=0), axis=1).sum())
+        bodies = {int(model.jnt_bodyid[joint]) for joint in chain.joints}
+        if not bodies & bent:
+            continue
+        if int(model.jnt_bodyid[chain.joints[0]]) in behind:
+            limbs_m.append(length_m)
+        elif bodies & carriers:
+            arm_m += length_m
+    return 0 if arm_m >= max(limbs_m, default=0.0) else len(limbs_m)
 
 
 def exploit_check(name: str, how: str, survived: int, successes: int) -> PlausibilityCheck:

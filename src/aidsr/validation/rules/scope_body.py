@@ -35,9 +35,10 @@ FEW_BENT_JOINTS = Rule(
 CABLE_ON_LINKAGE = Rule(
     code="cable_on_linkage",
     stage=Stage.SCOPE,
-    finds="A cable turns a rigid part on a hinge of its own, or slides one.",
+    finds="A cable turns a rigid part on a hinge of its own, or slides one, directly or through a limb's joints.",
     why="Then a mechanism of rigid parts does the work, beside a soft limb that is there for show.",
-    limit="bodies that cables move on joints outside limbs of three or more bent joints: 0",
+    limit="bodies that cables, or joint or tendon equalities with the joints of a limb on a cable, move on joints "
+    "outside limbs of three or more bent joints: 0",
     check=find_out_of_scope_faults,
     unit="bodies",
     cure="Make that part a soft limb of three or more joints, or let the cables of a soft limb move it.",

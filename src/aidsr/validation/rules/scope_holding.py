@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aidsr.sim.scope_holding import FREE_TURN_RAD, LOADED_SHARE, SPRING_SHARE
+from aidsr.sim.scope_holding import FREE_TURN_RAD, LOADED_SHARE, SAME_LINE, SPRING_SHARE
 from aidsr.validation.consequences import NO_MOTION
 from aidsr.validation.rule import Example, Rule, Stage
 from aidsr.validation.scope_check import find_out_of_scope_faults, inside
@@ -15,7 +15,8 @@ WHEEL = Rule(
     finds="A joint turns like a wheel on its axle, driven or not: most of a turn or more, and no spring returns it.",
     why="What rolls carries the robot wherever any push sends it. Wheels that only turn one way are wheels too.",
     limit=f"joints with a range above {np.degrees(FREE_TURN_RAD):g} deg, whose spring holds less than "
-    f"{SPRING_SHARE:g} m g L at a quarter turn: 0",
+    f"{SPRING_SHARE:g} m g L at a quarter turn: 0; hinges in series about one line, within {SAME_LINE:g} L, count as "
+    "one",
     check=find_out_of_scope_faults,
     unit="axles",
     cure="Give the joint a range and a spring, as a segment of a limb has, or fix the part to its parent.",
