@@ -10,7 +10,7 @@ import pytest
 from lxml import etree
 
 from aidsr.core.artifacts import Fault
-from aidsr.fixes import FIXES, fix, motion, ranges, strength
+from aidsr.fixes import FIXES, contact, fix, motion, ranges, strength
 from aidsr.fixes.record import EditDocument, Request
 from aidsr.mjcf.edit import effective_value, parse, to_text
 from aidsr.mjcf.elements import Element
@@ -82,6 +82,7 @@ def test_a_fault_is_fixed(code: str) -> None:
         "initial_penetration",
         "mass_ratio",
         "numerical_instability",
+        "self_collision_lock",
         "tendons_not_actuated",
         "wrong_for_type",
     ],
@@ -140,7 +141,15 @@ def test_stiffness_and_damping_follow_gravity_and_stiffness_faults() -> None:
 def test_overlapping_bodies_of_a_scene_are_excluded_by_their_own_names() -> None:
     text = fixed("initial_penetration", "robot/seg02", "robot/seg04")
     assert '<exclude body1="seg02" body2="seg04"/>' in text
-    assert 'conaffinity="0"' in fixed("self_collision_lock")
+
+
+def test_what_holds_a_limb_is_excluded_but_not_fingers_that_hold_each_other() -> None:
+    text = fixed("self_collision_lock", "pull", "robot/seg02", "robot/seg04")
+    assert '<exclude body1="seg02" body2="seg04"/>' in text
+    fingers = '<mujoco><worldbody><body name="left"/><body name="right"/></worldbody></mujoco>'
+    root = parse(fingers)
+    assert list(contact.exclude_locking(root, Request(fault("self_collision_lock", "left", "right")))) == []
+    assert root.find("contact") is None
 
 
 def pulled_arm(mass_kg: float) -> str:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import mujoco
+import numpy as np
 import pytest
 
-from aidsr.sim.deep_overlap import DeepOverlap, deepest_overlap, half_thickness_m
+from aidsr.sim.deep_overlap import DEEP, DeepOverlap, OverlapProbe, passing_pairs
+from aidsr.sim.structure import read_structure
 
 BALLS = """
 <mujoco>
@@ -20,9 +24,8 @@ BALLS = """
 
 def look(*names: str) -> DeepOverlap | None:
     model = mujoco.MjModel.from_xml_string(BALLS)
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    return deepest_overlap(data, half_thickness_m(model), {model.geom(name).id for name in names})
+    structure = replace(read_structure(model), geoms=tuple(model.geom(name).id for name in names))
+    return OverlapProbe(model, structure).look(mujoco.MjData(model), model.qpos0)
 
 
 def test_it_counts_by_half_the_thinner_part() -> None:
@@ -42,3 +45,62 @@ def test_a_plane_is_as_thick_as_any() -> None:
 
 def test_what_is_not_the_robots_does_not_count() -> None:
     assert look() is None
+
+
+GRIPPER = """
+<mujoco>
+  <default><geom type="capsule" size="0.01" contype="1" conaffinity="0"/></default>
+  <worldbody>
+    <body name="palm"><geom name="palm" type="box" size="0.05 0.02 0.01" contype="0"/>
+      <body pos="-0.03 0 0.03"><joint axis="0 1 0"/><geom name="left" fromto="0 0 0 0 0 0.05"/>
+        <body name="left_tip" pos="0 0 0.07"><joint name="left" axis="0 1 0"/>
+          <geom name="left_tip" fromto="0 0 0 0 0 0.05"/></body></body>
+      <body pos="0.03 0 0.03"><joint axis="0 1 0"/><geom name="right" fromto="0 0 0 0 0 0.05"/>
+        <body name="right_tip" pos="0 0 0.07"><joint name="right" axis="0 1 0"/>
+          <geom name="right_tip" fromto="0 0 0 0 0 0.05"/></body></body>
+    </body>
+  </worldbody>
+</mujoco>"""
+EXCLUDED = '</worldbody><contact><exclude body1="left_tip" body2="right_tip"/></contact>'
+PAIRED = '</worldbody><contact><pair geom1="left_tip" geom2="right_tip"/></contact>'
+JOINED = '</worldbody><equality><weld body1="left_tip" body2="right_tip"/></equality>'
+
+
+def passing(text: str) -> set[frozenset[str]]:
+    model = mujoco.MjModel.from_xml_string(text)
+    pairs = passing_pairs(model, read_structure(model))
+    return {frozenset(model.geom(geom).name for geom in pair) for pair in pairs}
+
+
+def test_fingers_pass_through_each_other_by_contype_and_conaffinity() -> None:
+    """The fingers are neighbours, up to two steps apart, and so are the palm and each tip."""
+    assert passing(GRIPPER) == {
+        frozenset({"left", "right_tip"}),
+        frozenset({"left_tip", "right"}),
+        frozenset({"left_tip", "right_tip"}),
+    }
+    assert passing(GRIPPER.replace('conaffinity="0"', 'conaffinity="1"')) == set()
+
+
+@pytest.mark.parametrize("end", [EXCLUDED, PAIRED, JOINED], ids=["excluded", "paired", "joined"])
+def test_pairs_that_the_document_names_do_not_pass(end: str) -> None:
+    assert frozenset({"left_tip", "right_tip"}) not in passing(GRIPPER.replace("</worldbody>", end))
+
+
+def test_geoms_that_touch_nothing_do_not_pass() -> None:
+    assert passing(GRIPPER.replace('contype="1"', 'contype="0"')) == set()
+
+
+@pytest.mark.parametrize("affinity", [0, 1], ids=["contact off", "contact on"])
+def test_tips_in_each_other_overlap_as_deep_with_contact_off(affinity: int) -> None:
+    model = mujoco.MjModel.from_xml_string(GRIPPER.replace('conaffinity="0"', f'conaffinity="{affinity}"'))
+    probe, data = OverlapProbe(model, read_structure(model)), mujoco.MjData(model)
+    assert probe.look(data, model.qpos0) is None
+    bent = np.zeros(model.nq)
+    bent[[model.joint("left").qposadr[0], model.joint("right").qposadr[0]]] = 0.9, -0.9
+    found = probe.look(data, bent)
+    assert found is not None
+    assert {model.geom(geom).name for geom in found.geoms} == {"left_tip", "right_tip"}
+    assert found.share == pytest.approx(2.0, abs=0.05)
+    assert found.share > DEEP
+    assert found.passes == (affinity == 0)

@@ -67,6 +67,17 @@ def test_parts_that_may_pass_do_not_count() -> None:
     assert found(bad().replace('name="post"', 'name="post" contype="0" conaffinity="0"')) == []
 
 
+def test_parts_that_pass_through_each_other_by_contype_and_conaffinity_are_an_error() -> None:
+    """The post stands on the base, farther from the end of the arm than neighbours."""
+    passing = bad().replace("<geom ", '<geom contype="1" conaffinity="0" ')
+    (fault,) = found(passing)
+    assert fault.severity == "error"
+    assert "post" in fault.names
+    assert "contype and conaffinity" in fault.likely_cause
+    excluded = "".join(f'<exclude body1="base" body2="s{number}"/>' for number in range(1, 7))
+    assert found(passing.replace("</worldbody>", f"</worldbody><contact>{excluded}</contact>")) == []
+
+
 def test_a_plane_has_no_thickness() -> None:
     floor = "<worldbody><geom type='plane' size='0 0 1' pos='0 0 -0.012'/>"
     assert found(faulty.swapped("<worldbody>", floor, robots.crawler())) == []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import combinations, islice
 from typing import TYPE_CHECKING, cast
 
@@ -116,15 +116,28 @@ def part_base(root: Element, request: Request) -> Iterator[str]:
 
 def exclude_overlapping(root: Element, request: Request) -> Iterator[str]:
     """Exclude contact between overlapping bodies; of more than two, only pairs with at most two bodies between them."""
-    owners = [_owner(root, name) for name in request.names]
-    if len(owners) > 2:
-        present = list(dict.fromkeys(owner for owner in owners if owner))
-        pairs = [pair for pair in combinations(present, 2) if _are_near(root, *pair)]
-    else:
-        pairs = [pair for pair in zip(owners[::2], owners[1::2], strict=False) if all(pair) and pair[0] != pair[1]]
+    owners = _owners(root, request)
+    yield from _exclude(root, _near_pairs(root, owners) if len(request.names) > 2 else combinations(owners, 2))
+
+
+def exclude_locking(root: Element, request: Request) -> Iterator[str]:
+    """Exclude contact between bodies of one limb that hold it, with at most two bodies between them."""
+    yield from _exclude(root, _near_pairs(root, _owners(root, request)))
+
+
+def _exclude(root: Element, pairs: Iterable[tuple[str, str]]) -> Iterator[str]:
     done = [f"{first} and {second}" for first, second in pairs if exclude_contact(root, first, second)]
     if done:
         yield f"excluded contact between {', '.join(done)}"
+
+
+def _owners(root: Element, request: Request) -> list[str]:
+    """Return the names of the bodies that a fault names, by their own names or by those of their geoms."""
+    return list(dict.fromkeys(owner for owner in (_owner(root, name) for name in request.names) if owner))
+
+
+def _near_pairs(root: Element, bodies: Iterable[str]) -> list[tuple[str, str]]:
+    return [pair for pair in combinations(bodies, 2) if _are_near(root, *pair)]
 
 
 def _owner(root: Element, name: str) -> str:
@@ -141,17 +154,6 @@ def _are_near(root: Element, first: str, second: str) -> bool:
     bodies = {body.get("name"): body for body in elements(root, "body")}
     above = [ancestor for name in (first, second) for ancestor in islice(bodies[name].iterancestors("body"), 3)]
     return bodies[first] in above or bodies[second] in above
-
-
-def pass_through_itself(root: Element, _: Request) -> Iterator[str]:
-    """Let the robot's shapes collide with the environment only: contype 1, conaffinity 0."""
-    colliding = [geom for geom in elements(root, "geom") if effective_value(root, geom, "contype") != "0"]
-    changed = [geom for geom in colliding if geom.get("conaffinity") != "0"]
-    for geom in changed:
-        geom.set("contype", "1")
-        geom.set("conaffinity", "0")
-    if changed:
-        yield f"let {counted(len(changed), 'shape')} pass through each other"
 
 
 def allow_contact(root: Element, _: Request) -> Iterator[str]:
@@ -177,7 +179,7 @@ def allow_contact(root: Element, _: Request) -> Iterator[str]:
 FIXES: tuple[Fix[EditDocument], ...] = (
     Fix(part_base, cures=("initial_penetration",)),
     Fix(attached_overlaps, cures=("initial_penetration", "self_collision_lock"), safe=True),
-    Fix(exclude_overlapping, cures=("initial_penetration", "self_collision_lock")),
-    Fix(pass_through_itself, cures=("self_collision_lock",)),
+    Fix(exclude_overlapping, cures=("initial_penetration",)),
+    Fix(exclude_locking, cures=("self_collision_lock",)),
     Fix(allow_contact, cures=("contact_disabled",)),
 )

@@ -23,6 +23,8 @@ from aidsr.sim.tendon_effects import opposite_pairs, symmetric_groups, unit_pull
 
 Vector = NDArray[np.float64]
 
+NEIGHBOURS = 2
+"""Steps between two bodies, see `neighbours`, up to which an overlap is intended. Our choice."""
 _HINGE, _BALL, _SLIDE, _FREE = (
     int(getattr(mujoco.mjtJoint, f"mjJNT_{kind}")) for kind in ("HINGE", "BALL", "SLIDE", "FREE")
 )
@@ -210,6 +212,25 @@ def joined_bodies(model: mujoco.MjModel) -> set[frozenset[int]]:
         for equality in np.flatnonzero(model.eq_active0).tolist()
         if joins_bodies(model, equality)
     }
+
+
+def neighbours(model: mujoco.MjModel, structure: Structure) -> dict[int, set[int]]:
+    """Return, for the world and each body of the robot, all of these bodies up to `NEIGHBOURS` steps away.
+
+    A step is from child to parent, from parent to child, or across an equality constraint that joins two bodies.
+    """
+    bodies = (0, *structure.bodies)
+    beside: dict[int, set[int]] = {body: set() for body in bodies}
+    pairs = [(body, int(model.body_parentid[body])) for body in structure.bodies]
+    pairs += [(min(pair), max(pair)) for pair in joined_bodies(model)]
+    for one, other in pairs:
+        if one in beside and other in beside:
+            beside[one].add(other)
+            beside[other].add(one)
+    near = {body: {body} for body in bodies}
+    for _ in range(NEIGHBOURS):
+        near = {body: reached.union(*(beside[other] for other in reached)) for body, reached in near.items()}
+    return near
 
 
 def root_of(model: mujoco.MjModel, structure: Structure, body: int) -> int:

@@ -31,6 +31,14 @@ def test_a_folded_arm_overlaps_deeply_and_a_straight_one_does_not():
     assert meter.deepest == pytest.approx(depth)
 
 
+def test_an_arm_that_passes_through_itself_overlaps_as_deeply():
+    on, off = fold_the_first(two_arms()), fold_the_first(two_arms())
+    off.model.geom_contype[list(off.structure.geoms)] = 1
+    off.model.geom_conaffinity[list(off.structure.geoms)] = 0
+    both = np.array([True, True])
+    assert OverlapMeter(off).measure(both) == pytest.approx(OverlapMeter(on).measure(both), rel=0.02)
+
+
 def test_the_deepest_overlap_is_kept_until_the_episode_is_reset():
     episodes = fold_the_first(two_arms())
     meter = OverlapMeter(episodes)

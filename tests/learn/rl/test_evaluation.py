@@ -313,6 +313,19 @@ def test_only_the_simulation_that_breaks_down_ends_by_it(monkeypatch):
     assert rolled.stats.moved.max() < 0.02
 
 
+def test_a_robot_that_passes_through_itself_is_noticed():
+    scene = small_learning()
+    rolled, structure = rollout_with_stats(scene, STILL, range(1), threads=1), read_structure(scene.model)
+    model, qpos = rolled.models[0], rolled.stats.qpos[0].copy()
+    model.geom_contype[list(structure.geoms)] = 1
+    model.geom_conaffinity[list(structure.geoms)] = 0
+    qpos[:, [model.joint(f"robot/bend{index}").qposadr[0] for index in (1, 2, 3, 4)]] = np.pi / 2
+    folded = replace(rolled.stats, qpos=(qpos,))
+    check = penetration_check([model], folded, structure, indices=range(7, 8), dt_s=0.04)
+    assert not check.passed
+    assert re.search(r"; robot/\S+ and robot/\S+ in episode 7", check.message)
+
+
 def test_deep_overlap_is_noticed():
     scene = small_learning()
     data = mujoco.MjData(scene.model)

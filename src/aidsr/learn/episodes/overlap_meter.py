@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from aidsr.learn.episodes.batch import Episodes, StepResult
 from aidsr.learn.episodes.rollout import EpisodeOutcomes, Policy, rollout
-from aidsr.sim.deep_overlap import DEEP, deepest_overlap, half_thickness_m
+from aidsr.sim.deep_overlap import DEEP, OverlapProbe
 from aidsr.tasks.readings import BoolArray, FloatArray
 from aidsr.tasks.variation import apply_to_simulation
 
@@ -27,10 +27,8 @@ class OverlapMeter:
 
     def __init__(self, episodes: Episodes) -> None:
         self._episodes = episodes
-        self._ours = frozenset(episodes.structure.geoms)
         self._data = mujoco.MjData(episodes.model)
-        self._models = [episodes.model] * episodes.n
-        self._half_m = [half_thickness_m(episodes.model)] * episodes.n
+        self._probes = [OverlapProbe(episodes.model, episodes.structure)] * episodes.n
         self.deepest: FloatArray = np.zeros(episodes.n)
         """Deepest overlap of each episode since its reset, (n,), as a share of half the thinner geom's thickness."""
         self.reset(np.arange(episodes.n))
@@ -44,7 +42,7 @@ class OverlapMeter:
         for index in ids.tolist():
             model = copy.copy(self._episodes.model)
             apply_to_simulation(self._episodes.variations[index], model, self._data)
-            self._models[index], self._half_m[index] = model, half_thickness_m(model)
+            self._probes[index] = OverlapProbe(model, self._episodes.structure)
         self.deepest[ids] = 0.0
 
     def measure(self, which: BoolArray) -> FloatArray:
@@ -56,10 +54,7 @@ class OverlapMeter:
         depth = np.zeros(self._episodes.n)
         qpos = self._episodes.batch.bind("qpos")
         for index in np.flatnonzero(which).tolist():
-            self._data.qpos[:] = qpos[index]
-            mujoco.mj_kinematics(self._models[index], self._data)
-            mujoco.mj_collision(self._models[index], self._data)
-            overlap = deepest_overlap(self._data, self._half_m[index], self._ours)
+            overlap = self._probes[index].look(self._data, qpos[index])
             depth[index] = overlap.share if overlap else 0.0
         self.deepest = np.maximum(self.deepest, depth)
         return depth

@@ -12,7 +12,7 @@ from aidsr.core.artifacts import Base, PlausibilityCheck
 from aidsr.core.formatting import counted
 from aidsr.learn.episodes.episode_stats import EpisodeStats
 from aidsr.learn.episodes.rollout import EpisodeOutcomes
-from aidsr.sim.deep_overlap import DEEP, deepest_overlap, half_thickness_m
+from aidsr.sim.deep_overlap import DEEP, OverlapProbe
 from aidsr.sim.extent import bounding_box_m
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.sim.placement import mount_names
@@ -147,16 +147,12 @@ def penetration_check(
         frames: Number of positions checked in each episode, evenly spaced. More would find the deep overlap of a single
             control step and thereby change the benchmark: `BENCHMARK_VERSION` has to change with this number.
     """
-    ours = set(structure.geoms)
     deepest = []
     for model, qpos in zip(models, stats.qpos, strict=True):
         data = mujoco.MjData(model)
-        half_m, found = half_thickness_m(model), _Found(0.0)
+        probe, found = OverlapProbe(model, structure), _Found(0.0)
         for frame in np.linspace(0, len(qpos) - 1, frames).astype(int).tolist():
-            data.qpos[:] = qpos[frame]
-            mujoco.mj_kinematics(model, data)
-            mujoco.mj_collision(model, data)
-            overlap = deepest_overlap(data, half_m, ours)
+            overlap = probe.look(data, qpos[frame])
             if overlap is not None and overlap.share > found.share:
                 found = _Found(overlap.share, overlap.geoms, frame)
         deepest.append(found)

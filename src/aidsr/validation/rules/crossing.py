@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from aidsr.core.artifacts import Fault
 from aidsr.core.formatting import format_number
-from aidsr.sim.deep_overlap import DEEP, DeepOverlap, deepest_overlap, half_thickness_m
+from aidsr.sim.deep_overlap import DEEP, DeepOverlap, OverlapProbe
+from aidsr.sim.structure import NEIGHBOURS
 from aidsr.validation.curves import battery_of, limits_of, make_signal
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Severity, Stage
@@ -50,7 +51,7 @@ class _Held:
 def _find_driven_overlap(robot: RobotUnderTest) -> Iterator[Fault]:
     """Find sustained overlaps of the robot with itself or with anything else in the tests that do not diverge.
 
-    Parts between which contacts are disabled do not count.
+    Neighbours without contact and parts that an <exclude> names do not count.
     """
     overlaps = _overlaps(robot)
     limits: tuple[tuple[Severity, float, float], ...] = (("error", _LONG, CROSSED), ("warning", _BRIEF, DEEP))
@@ -70,6 +71,7 @@ def _find_driven_overlap(robot: RobotUnderTest) -> Iterator[Fault]:
             message=f"{names[0]} and {names[1]} are {depth_mm} mm or more deep in each other for {100 * share:g} % of "
             f"{robot.describe_test(held.row)}",
             cure=_CURE_WITHIN if geoms[1] in robot.structure.geoms else _CURE_OUTSIDE,
+            likely_cause=_PASSES if held.overlap.passes else "",
         )
         return
 
@@ -100,7 +102,7 @@ class _Frames:
 
     def __init__(self, robot: RobotUnderTest) -> None:
         self.model, self.data = robot.model, mujoco.MjData(robot.model)
-        self.half_m, self.ours = half_thickness_m(robot.model), frozenset(robot.structure.geoms)
+        self.probe = OverlapProbe(robot.model, robot.structure)
         self.battery = robot.driven.battery
 
     def of(self, row: int) -> NDArray[np.float64]:
@@ -113,10 +115,7 @@ class _Frames:
         Args:
             qpos: Joint positions of the frame, (nq,).
         """
-        self.data.qpos[:] = qpos
-        mujoco.mj_kinematics(self.model, self.data)
-        mujoco.mj_collision(self.model, self.data)
-        return deepest_overlap(self.data, self.half_m, self.ours) if self.data.ncon else None
+        return self.probe.look(self.data, qpos)
 
 
 def _overlap_signal(robot: RobotUnderTest, fault: Fault) -> Signal | None:
@@ -137,6 +136,7 @@ _CURE_WITHIN = (
     "Keep parts from meeting at full pull: shorter or fewer limbs, limbs farther apart, or joint ranges that stop "
     f"them. Else {_CURE_SOFTER}"
 )
+_PASSES = "contype and conaffinity let them pass through each other: leave both at 1"
 _CURE_OUTSIDE = f"{_CURE_SOFTER[0].upper()}{_CURE_SOFTER[1:]}"
 
 DRIVEN_OVERLAP = Rule(
@@ -146,7 +146,9 @@ DRIVEN_OVERLAP = Rule(
     why="Beyond the middle of the thinner part, contact may push the other out on the wrong side: limbs pass through "
     "each other, which no built robot does. A policy that learns from that is not valid.",
     limit="overlap / half the thickness of the thinner part, in tests that do not diverge: at most "
-    f"{CROSSED:g} but for {100 * _LONG:g} % of a test; a warning above {DEEP:g} for {100 * _BRIEF:g} % of one",
+    f"{CROSSED:g} but for {100 * _LONG:g} % of a test; a warning above {DEEP:g} for {100 * _BRIEF:g} % of one; "
+    f"parts of the robot more than {NEIGHBOURS} steps apart that collide with anything count also where contype and "
+    "conaffinity let them pass through each other",
     check=_find_driven_overlap,
     unit="of half the thinner part",
     cure=_CURE_WITHIN,

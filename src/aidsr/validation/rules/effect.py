@@ -233,6 +233,7 @@ def effect_fault(
     likely_cause: str,
     limit: float,
     whole: bool = True,
+    parts: Sequence[str] = (),
 ) -> Fault:
     """Return a fault of actuators with too small an effect, with their effect in a changed model.
 
@@ -246,12 +247,13 @@ def effect_fault(
         likely_cause: Likely cause of the fault.
         limit: Smallest effect / L without a fault.
         whole: Whether no actuator moves the robot, which is an error; else the fault is a warning.
+        parts: Names of what stops the actuators, which the fault names after them.
     """
     evidence = robot.driven
     freed_mm = format_number(1000 * largest_effect_if(robot, drives, effects) * robot.length_m)
     return rule.fault(
         severity="error" if whole else "warning",
-        names=tuple(robot.actuator(evidence.drives[index].actuator) for index in drives),
+        names=(*(robot.actuator(evidence.drives[index].actuator) for index in drives), *parts),
         measured=robot.largest_effect(drives),
         limit=limit,
         whole=robot.length_m,

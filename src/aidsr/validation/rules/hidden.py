@@ -11,15 +11,13 @@ import numpy as np
 from aidsr.core.artifacts import Fault
 from aidsr.sim.couplings import read_couplings
 from aidsr.sim.extent import UNBOUNDED, half_width_m
-from aidsr.sim.structure import joined_bodies
+from aidsr.sim.structure import NEIGHBOURS, neighbours
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
 
 HIDDEN_SHARE = 0.5
 """Largest overlap / thickness of the thinner part, for parts without contact. Our choice: sleeves and guides overlap
 less."""
-_NEIGHBOURS = 2
-"""Steps between two parts, see `_neighbours`, up to which an overlap is intended. Our choice."""
 _NOT_COMPARED = (*UNBOUNDED, int(mujoco.mjtGeom.mjGEOM_MESH))
 """Types of geoms without an overlap; the convex hull of a mesh does not show whether the shape itself overlaps."""
 _HINGE, _SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
@@ -31,7 +29,7 @@ def _find_hidden_overlaps(robot: RobotUnderTest) -> Iterator[Fault]:
     """Find parts of the robot that overlap although they are not neighbours, without a contact between them."""
     model, data = robot.model, robot.drawn
     touching = {frozenset((int(contact.geom1), int(contact.geom2))) for contact in data.contact}
-    near = _neighbours(robot)
+    near = neighbours(model, robot.structure)
     worst: dict[tuple[str, str], tuple[float, float]] = {}
     solid = [geom for geom in robot.structure.geoms if int(model.geom_type[geom]) not in _NOT_COMPARED]
     for one, other in combinations(solid, 2):
@@ -58,31 +56,12 @@ def _find_hidden_overlaps(robot: RobotUnderTest) -> Iterator[Fault]:
         )
 
 
-def _neighbours(robot: RobotUnderTest) -> dict[int, set[int]]:
-    """Return, for each body, all bodies up to `_NEIGHBOURS` steps away.
-
-    A step is from child to parent, from parent to child, or across an equality constraint that joins two bodies.
-    """
-    bodies = (0, *robot.structure.bodies)
-    beside: dict[int, set[int]] = {body: set() for body in bodies}
-    pairs = [(body, int(robot.model.body_parentid[body])) for body in robot.structure.bodies]
-    pairs += [(min(pair), max(pair)) for pair in joined_bodies(robot.model)]
-    for one, other in pairs:
-        if one in beside and other in beside:
-            beside[one].add(other)
-            beside[other].add(one)
-    near = {body: {body} for body in bodies}
-    for _ in range(_NEIGHBOURS):
-        near = {body: reached.union(*(beside[other] for other in reached)) for body, reached in near.items()}
-    return near
-
-
 OVERLAP_HIDDEN = Rule(
     code="overlap_hidden",
     stage=Stage.TOPOLOGY,
     finds="Parts of different places stand in each other, and contacts between them are switched off.",
     why="Such a robot moves through itself in simulation and cannot be built.",
-    limit=f"overlap / thickness of the thinner part, for parts more than {_NEIGHBOURS} steps apart that may not touch: "
+    limit=f"overlap / thickness of the thinner part, for parts more than {NEIGHBOURS} steps apart that may not touch: "
     f"at most {HIDDEN_SHARE:g}; always a warning, since shapes that collide are often coarser than what is built",
     check=_find_hidden_overlaps,
     severity="warning",

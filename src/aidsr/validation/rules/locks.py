@@ -46,19 +46,21 @@ def _find_self_collision_lock(robot: RobotUnderTest) -> Iterator[Fault]:
         return
     locked, freed = _locked_drives(robot)
     if locked:
+        pairs = sorted({pair for found in _touching_pairs(robot, locked).values() for pair in found})
         fallen = _has_fallen(robot) and not _is_locked_as_drawn(robot)
         yield effect_fault(
             robot,
             SELF_COLLISION_LOCK,
             locked,
             freed,
-            message=f"the robot's own contacts hold it ({_pairs_in_words(robot, locked)})",
+            message=f"the robot's own contacts hold it ({_in_words(robot, pairs)})",
             instead="where its parts may pass through each other",
             likely_cause="it has fallen on its own parts"
             if fallen
             else "segments overlap or touch before they can bend",
             whole=not fallen,
             limit=LOCK_SHARE * largest_effect_if(robot, locked, freed),
+            parts=[robot.body(body) for body in sorted({body for pair in pairs for body in pair})],
         )
 
 
@@ -102,9 +104,8 @@ def _hindered(robot: RobotUnderTest) -> list[int]:
     return [index for index in measured_drives(robot) if robot.effect_of(index) < LOCK_SHARE]
 
 
-def _pairs_in_words(robot: RobotUnderTest, drives: Sequence[int]) -> str:
-    """Return the pairs of parts that touch after the tests of some actuators in words, such as "link_2 on link_4"."""
-    pairs = sorted({pair for pairs in _touching_pairs(robot, drives).values() for pair in pairs})
+def _in_words(robot: RobotUnderTest, pairs: Sequence[tuple[int, int]]) -> str:
+    """Return pairs of bodies that touch each other in words, such as "link_2 on link_4"."""
     told = [f"{robot.body(first)} on {robot.body(second)}" for first, second in pairs[:_MOST_PAIRS]]
     return ", ".join(told) + (f" and {len(pairs) - _MOST_PAIRS} more" if len(pairs) > _MOST_PAIRS else "")
 
