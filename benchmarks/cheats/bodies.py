@@ -1561,6 +1561,7 @@ CHEATS: tuple[Cheat, ...] = (
         _fingers13("cable", ballast=True),
         lambda: then({"finger_*": -1.0}, 1.6, {"finger_*": 1.0}),
         part="hub",
+        only_own=True,
     ),
     Cheat(
         "spring_umbrella",

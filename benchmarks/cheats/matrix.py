@@ -211,7 +211,8 @@ def _head(rows: Sequence[Row]) -> list[str]:
         "",
         "    make cheats",
         "",
-        f"{counts['NOT REFUSED']} of {len(rows)} decided cells are valid and successful. How the others are refused:",
+        f"{counts['NOT REFUSED']} of {len(rows)} decided cells are valid and successful. The rules that refuse were "
+        "written with these bodies in view, so this is no estimate for others. How they are refused:",
         "",
         "| by | cells |",
         "|---|---|",
