@@ -46,7 +46,6 @@ from aidsr.learn.rl.training import train
 from aidsr.runs import Run, read_status
 from aidsr.runs.files import replace_file
 from aidsr.runs.folders import DesignFolder
-from aidsr.runs.status import newest
 from aidsr.runs.trainings import Training
 from aidsr.studies.tables import PAPER
 from aidsr.tasks import BENCHMARK_VERSION, is_current
@@ -203,8 +202,10 @@ def validated() -> Iterator[Validated]:
         run = Run(path)
         for design in run.designs:
             if design.final_scene.path.exists():
-                robot, scene = newest(each.robot.read() for each in design.leading_to()), design.final_scene.path
-                stable = robot is not None and _is_stable(run.brief(), robot.mjcf, scene.read_text(encoding="utf-8"))
+                robot, scene = (
+                    file.path.read_text(encoding="utf-8") for file in (design.final_robot, design.final_scene)
+                )
+                stable = _is_stable(run.brief(), robot, scene)
                 task = run.asked().task
                 yield Validated(arm=path.parent.name, task=task, design=design.number, stable=stable, commit=commit())
 

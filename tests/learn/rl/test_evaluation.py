@@ -483,7 +483,7 @@ def test_an_unfinished_training_cannot_be_judged(tmp_path):
 @pytest.fixture(scope="module")
 def barely_trained(tmp_path_factory):
     folder = tmp_path_factory.mktemp("barely") / "001"
-    scene = TaskScene.of(builtin_scene("dynamic_catching", 1), "dynamic_catching", groups=[])
+    scene = TaskScene.of(builtin_scene("dynamic_catching", 0), "dynamic_catching", groups=[])
     names = [name for group in scene.actions.groups for name in group.actuators]
     assert scene.actions.size < len(names)
     apart = [ActuatorGroup(name=name, actuators=(name,)) for name in names if name.startswith("robot/")]

@@ -98,12 +98,12 @@ class DynamicCatching(Task):
         speed = span((self.slowest_m_s, self.fastest_m_s))
         return (
             f"Catch a ball of 30 mm radius and 40 g that is thrown {span(THROW_S)} s after the start, flies "
-            f"{span(FLIGHT_S)} s and arrives at {speed} m/s, without touching it before it is thrown, and keep it "
-            f"while the mount turns over, {WAIT_S:g} s after the ball is due and within {TURN_S:g} s, and then for "
-            f"{KEEP_S:g} s within {1000 * CAUGHT_M:g} mm of the place {AHEAD_M:g} m in front of the mount. That place "
-            f"is the capture point while the mount looks up and forward at {MOUNT_DEG:g} degrees; the ball comes from "
-            f"there, up to {1000 * OFFSET_M:g} mm and {SPREAD_DEG:g} degrees off; after the turn the mount looks "
-            "straight down, and in the end the ball is let go."
+            f"{span(FLIGHT_S)} s and arrives at {speed} m/s, not taking it before the throw, and keep it while the "
+            f"mount turns over, {WAIT_S:g} s after the ball is due and within {TURN_S:g} s, and then for {KEEP_S:g} s "
+            f"within {1000 * CAUGHT_M:g} mm of the place {AHEAD_M:g} m in front of the mount. That place is the "
+            f"capture point while the mount looks up and forward at {MOUNT_DEG:g} degrees; the ball comes from there, "
+            f"up to {1000 * OFFSET_M:g} mm and {SPREAD_DEG:g} degrees off; after the turn the mount looks straight "
+            "down, and in the end the ball is let go."
         )
 
     @property
