@@ -1324,7 +1324,7 @@ CHEATS: tuple[Cheat, ...] = (
     ),
     Cheat(
         "falling_limb",
-        "A limb 1.6 m tall leans forward, falls over and lies past the first obstacle; a higher one lies past both.",
+        "A limb 1.6 m tall leans forward, falls over and lies past the first obstacle.",
         "obstacles",
         _tall_limb(),
         lambda: constant({"limb_front": 1.0, "limb_back": -1.0}),
