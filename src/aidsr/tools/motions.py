@@ -28,18 +28,15 @@ def scene_facts(scene: MeasuredScene) -> tuple[str, ...]:
         UserError: Nothing can be commanded, or the scene does not belong to its task.
         MjcfError: The scene cannot be loaded.
     """
-    from aidsr.learn.episodes.plausibility import height_check, part_check, start_check
+    from aidsr.learn.episodes.policy_checks import scene_checks
     from aidsr.sim.structure import read_structure
-    from aidsr.tasks.locomotion.base import LaneTask
     from aidsr.tools.commands import commands_in_words
 
     loaded = scene.load()
-    structure = read_structure(loaded.model)
-    length_mm = 1000 * structure.characteristic_length_m
-    start = start_check(loaded.model, structure, loaded.task.base)
-    part = part_check(loaded.model, structure, loaded.task.sensors)
-    high = height_check(loaded.model, structure)
-    too_high = isinstance(loaded.task, LaneTask) and not high.passed
+    length_mm = 1000 * read_structure(loaded.model).characteristic_length_m
+    checks = {check.name: check for check in scene_checks(loaded)}
+    start, part = checks["starts_at_mount"], checks["functional_part_is_a_part"]
+    high = checks.get("starts_low")  # of lanes only
     if start.measured is None:
         where = f"no policy is valid: {start.message}"
     else:
@@ -50,7 +47,7 @@ def scene_facts(scene: MeasuredScene) -> tuple[str, ...]:
         )
     return (
         where,
-        *([f"no policy is valid: {high.message}: {format_check(high)}"] if too_high else []),
+        *([f"no policy is valid: {high.message}: {format_check(high)}"] if high and not high.passed else []),
         *([] if part.passed else [f"no policy is valid: {part.message}: {format_check(part)}; name a smaller part"]),
         *commands_in_words(loaded),
     )
