@@ -521,6 +521,16 @@ def test_a_slide_in_a_class_keeps_its_range_in_metres() -> None:
     assert '<joint range="-0.5 0.5"/>' in of_one
 
 
+def test_a_free_joint_whose_class_says_so_gets_no_damping() -> None:
+    text = """<mujoco><option integrator="implicitfast"/><default><default class="loose"><joint type="free"/></default>
+      </default><worldbody>
+      <body><joint class="loose"/><geom size="0.1"/>
+      <body><joint stiffness="1"/><geom size="0.1"/></body></body></worldbody></mujoco>"""
+    damped = fixed("energy_growth", text=text)
+    assert '<joint class="loose"/>' in damped
+    assert '<joint stiffness="1" damping="0.01"/>' in damped
+
+
 def test_contacts_that_are_switched_off_are_switched_on() -> None:
     text = arm().replace("<worldbody>", '<option><flag contact="disable"/></option><worldbody>')
     assert "disable" not in fixed("contact_disabled", text=text)

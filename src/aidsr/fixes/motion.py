@@ -11,6 +11,7 @@ from aidsr.fixes.record import EditDocument, Fix, Request
 from aidsr.mjcf.edit import (
     damping_gain,
     effective_numbers,
+    effective_value,
     entries,
     get_numbers,
     is_servo,
@@ -63,7 +64,7 @@ def damp_hinges(root: Element, _: Request) -> Iterator[str]:
     for joint in joints(root):
         stiffness, damping = (_value(root, joint, name) for name in ("stiffness", "damping"))
         wanted = max(least * stiffness, _LEAST_DAMPING_N_M_S)
-        if joint.get("type") != "free" and damping < wanted and _counts(joint, "stiffness", "damping"):
+        if not _is_free(root, joint) and damping < wanted and _counts(joint, "stiffness", "damping"):
             set_numbers(joint, "damping", wanted)
             changed += 1
     if changed:
@@ -72,6 +73,10 @@ def damp_hinges(root: Element, _: Request) -> Iterator[str]:
 
 def _value(root: Element, joint: Element, attribute: str) -> float:
     return (effective_numbers(root, joint, attribute) or [0.0])[0]
+
+
+def _is_free(root: Element, joint: Element) -> bool:
+    return effective_value(root, joint, "type") == "free"
 
 
 def _counts(joint: Element, *attributes: str) -> bool:
@@ -184,7 +189,7 @@ def stiffen_contacts(root: Element, _: Request) -> Iterator[str]:
         for joint in joints(root)
         if _counts(joint, "armature")
         and _value(root, joint, "armature") < _LEAST_ARMATURE_KG_M2
-        and joint.get("type") != "free"
+        and not _is_free(root, joint)
     ]
     for joint in light:
         set_numbers(joint, "armature", _LEAST_ARMATURE_KG_M2)
