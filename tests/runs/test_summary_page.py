@@ -3,9 +3,10 @@
 import re
 from pathlib import Path
 
-from aidsr.core.artifacts import Brief, Concept, EnvironmentSummary, Placement
+from aidsr.core.artifacts import Brief, Concept, Critique, EnvironmentSummary, Placement
 from aidsr.core.config import RunConfig
-from aidsr.runs import Run, RunRecord, write_summary
+from aidsr.runs import EventLog, Run, RunRecord, write_summary
+from aidsr.runs.events import Waiting
 from aidsr.runs.folders import new_run
 
 SUMMARY = EnvironmentSummary(
@@ -34,3 +35,21 @@ def test_the_mount_is_said_once(tmp_path: Path) -> None:
     assert "It is fixed to" not in page
     assert "<dd>fixed at mount <br>It points at the place of work.</dd>" in re.sub(r" +", " ", page)
     assert "<dd>fixed at mount ." in page or "<dd>fixed at mount." in page
+
+
+def test_an_earlier_iteration_that_waits_is_the_one_shown_and_decided_on(tmp_path: Path) -> None:
+    run = run_in(tmp_path)
+    design = run.design(1)
+    for number in (1, 2):
+        iteration = design.iteration(number)
+        iteration.concept.write(CONCEPT.model_copy(update={"name": f"arm {number}"}))
+        iteration.preview.write(b"png")
+        iteration.critique.write(Critique(passed=True))
+    with EventLog(design.events) as log:
+        log.write(Waiting(iteration=1))
+    page = write_summary(run).read_text()
+    assert "<code>designs/1/01/decision.json</code>" in page
+    assert '<a href="designs/1/01/preview.png">' in page
+    assert '<a href="designs/1/01/critique.json">critique</a>' in page
+    assert "<h3>1. arm 1</h3>" in page
+    assert "designs/1/02/" not in page

@@ -84,7 +84,7 @@ class _Card:
 
 
 def _card(folder: DesignFolder, status: DesignStatus) -> _Card:
-    newest_first = folder.leading_to()
+    newest_first = folder.leading_to(status.stands_at or None)
     preview = newest(it.preview.path if it.preview.path.exists() else None for it in newest_first)
     motion = newest(it.motion.path if it.motion.path.exists() else None for it in newest_first)
     rows = tuple(_row(iteration) for iteration in folder.iterations)
@@ -98,7 +98,7 @@ def _card(folder: DesignFolder, status: DesignStatus) -> _Card:
         motion_path=_relative(folder, motion),
         rows=rows,
         faults_found=sum(len(row.faults) for row in rows),
-        files=tuple(_files(folder)),
+        files=tuple(_files(folder, newest_first)),
         trainings=tuple(verdict_in_words(training) for training in trainings_of(folder)),
         cost=format_cost(status.usage),
         tokens=format_tokens(status.usage),
@@ -131,8 +131,8 @@ def _decision(iteration: IterationFolder) -> str:
     return iteration.decision.path.read_text(encoding="utf-8", errors="replace")
 
 
-def _files(folder: DesignFolder) -> list[tuple[str, str]]:
-    shown = next(iter(folder.leading_to()), None)
+def _files(folder: DesignFolder, newest_first: tuple[IterationFolder, ...]) -> list[tuple[str, str]]:
+    shown = next(iter(newest_first), None)
     candidates = [("final scene", folder.final_scene.path), ("final robot", folder.final_robot.path)]
     if shown is not None:
         candidates += [
