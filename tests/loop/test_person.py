@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from aidsr.core.artifacts import Decision
+from aidsr.core.artifacts import Decision, Keep
 from aidsr.loop.human import DecisionFile, PresetFeedback
 from aidsr.loop.runner import run_designs
 from aidsr.runs import Run, read_events, read_status
@@ -47,6 +47,26 @@ def test_a_file_that_cannot_be_read_is_reported_and_waited_for(tmp_path) -> None
     assert kinds(run) == [Waiting, DecisionUnreadable, DecisionUnreadable, Decided]
     assert "text that says what to change" in read_events(run.design(1).events)[-4].reason
     assert read_status(run).designs[0].outcome.outcome == "quit"
+
+
+class WithFinger(Scripted):
+    """Writes robots that have a body named "finger"."""
+
+    def _robot(self, concept, feedback):
+        robot = super()._robot(concept, feedback)
+        return robot.model_copy(update={"mjcf": robot.mjcf.replace("<mujoco>", "<mujoco><body name='finger'/>")})
+
+
+def test_a_part_to_keep_that_the_robot_lacks_is_reported_and_waited_for(tmp_path) -> None:
+    run, scripted = new_run(tmp_path, human=True), WithFinger()
+    asked = '{"verdict": "refine", "text": "softer", "keep": [{"name": "%s"}]}'
+    answers = Editor(run, asked % "fingr", asked % "finger", '{"verdict": "approve"}')
+    run_designs(run, parts(scripted, person=PERSON), answers)
+    assert kinds(run) == [Waiting, DecisionUnreadable, Decided, Waiting, Decided]
+    (problem,) = [event for event in read_events(run.design(1).events) if isinstance(event, DecisionUnreadable)]
+    assert 'keep names "fingr", which the robot does not have; it has finger; correct decision.json' in problem.reason
+    assert [brief.keep for brief in scripted.briefs] == [(), (Keep(name="finger"),)]
+    assert read_status(run).approved == 1
 
 
 def test_refine_then_approve(tmp_path) -> None:

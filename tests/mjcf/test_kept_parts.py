@@ -6,7 +6,7 @@ import pytest
 
 from aidsr.core.artifacts import Keep
 from aidsr.core.errors import MjcfError
-from aidsr.mjcf.kept_parts import changes_to_kept_parts
+from aidsr.mjcf.kept_parts import changes_to_kept_parts, part_names
 
 ROBOT = """<mujoco>
   <default><default class="soft"><joint stiffness="0.2" damping="0.01"/></default></default>
@@ -73,3 +73,8 @@ def test_a_part_that_never_was_is_said_and_a_document_that_is_none_is_refused() 
     assert changes_to_kept_parts(ROBOT, ROBOT, (Keep(name="thumb"),)) == ['There was no part named "thumb" to keep.']
     with pytest.raises(MjcfError):
         changes_to_kept_parts(ROBOT, "<mujoco>", FINGER)
+
+
+def test_every_named_element_but_the_root_is_a_part() -> None:
+    named = ROBOT.replace("<mujoco>", '<mujoco name="robot">')
+    assert part_names(named) == ["palm", "finger", "bend", "skin"]

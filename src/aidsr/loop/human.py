@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 from aidsr.core.artifacts import Decision
-from aidsr.core.errors import UserError
+from aidsr.core.errors import IsolationError, MjcfError, UserError
+from aidsr.core.suggestions import close_names
 from aidsr.loop.parts import Halt
 from aidsr.loop.steps import HaltedError
-from aidsr.runs import EventLog, IterationFolder
+from aidsr.mjcf.elements import join
+from aidsr.mjcf.kept_parts import part_names
+from aidsr.runs import DesignFolder, EventLog, IterationFolder
 from aidsr.runs.events import Decided, DecisionUnreadable, Waiting
+from aidsr.runs.status import newest
 
 
 def approve(iteration: IterationFolder, log: EventLog, halt: Halt) -> Decision:
@@ -26,8 +32,12 @@ class DecisionFile:
     poll_s: float = 0.5
 
     def __call__(self, iteration: IterationFolder, log: EventLog, halt: Halt) -> Decision:
-        """Return the decision as soon as it can be read; log each new reason why the file cannot be read."""
-        decision, problem = _read_decision(iteration)
+        """Return the decision as soon as it can be read; log each new reason why the file cannot be read.
+
+        A decision to keep a part that the robot does not have counts as one that cannot be read.
+        """
+        known = cache(lambda: _part_names(iteration))
+        decision, problem = _read_decision(iteration, known)
         if decision is not None:
             return decision
         log.write(Waiting(iteration=iteration.number))
@@ -39,7 +49,7 @@ class DecisionFile:
             if halt():
                 raise HaltedError
             time.sleep(self.poll_s)
-            decision, problem = _read_decision(iteration)
+            decision, problem = _read_decision(iteration, known)
         log.write(Decided(iteration=iteration.number, verdict=decision.verdict))
         return decision
 
@@ -65,18 +75,45 @@ class PresetFeedback:
         return decision
 
 
-def _read_decision(iteration: IterationFolder) -> tuple[Decision | None, str]:
+def _read_decision(
+    iteration: IterationFolder, known_parts: Callable[[], list[str] | None]
+) -> tuple[Decision | None, str]:
     """Return the decision, or the problem of the file; neither while the file is missing or being written.
 
     An editor empties a file before it fills it, so a problem counts only if the file did not change in the meantime.
+
+    Args:
+        iteration: The iteration that waits.
+        known_parts: Returns the names of the robot's parts, None if they are not known.
     """
     before = _content(iteration)
     if not before:
         return None, ""
     try:
-        return iteration.decision.read(), ""
+        decision = iteration.decision.read()
     except UserError as error:
         return None, str(error) if _content(iteration) == before else ""
+    unknown = _unknown_part(decision, known_parts) if decision else ""
+    return (None, unknown) if unknown else (decision, "")
+
+
+def _unknown_part(decision: Decision, known_parts: Callable[[], list[str] | None]) -> str:
+    """Return a sentence about the first part to keep that the robot does not have; "" if it has all of them."""
+    known = known_parts() if decision.verdict == "refine" and decision.keep else None
+    name = next((each.name for each in decision.keep if known is not None and each.name not in known), None)
+    if known is None or name is None:
+        return ""
+    there = join(dict.fromkeys([*close_names(name, known, most=3), *known])) or "no named part"
+    return f'keep names "{name}", which the robot does not have; it has {there}; correct decision.json'
+
+
+def _part_names(iteration: IterationFolder) -> list[str] | None:
+    """Return the names of the parts of an iteration's robot; None without a robot that can be read in time."""
+    robot = newest(it.robot.read() for it in DesignFolder(iteration.path.parent).leading_to(iteration.number))
+    try:
+        return part_names(robot.mjcf) if robot else None
+    except (MjcfError, IsolationError):
+        return None
 
 
 def _content(iteration: IterationFolder) -> bytes:

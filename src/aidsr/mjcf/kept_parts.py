@@ -35,6 +35,20 @@ def changes_to_kept_parts(before: str, after: str, keep: Sequence[Keep]) -> list
     return [sentence for each in keep for sentence in _changes_to(each, old, new)]
 
 
+@isolated
+def part_names(mjcf: str) -> list[str]:
+    """Return the names of all parts of a robot that can be kept, each once, in the order of the document.
+
+    Args:
+        mjcf: MJCF of the robot.
+
+    Raises:
+        MjcfError: It is not an MJCF document.
+        IsolationError: Reading it exceeded its limits of time or memory.
+    """
+    return list(dict.fromkeys(name for each in _parts(parse_document(mjcf).root) if (name := each.get("name"))))
+
+
 def _changes_to(keep: Keep, old: Element, new: Element) -> Iterator[str]:
     was, now = (_find(root, keep.name) for root in (old, new))
     if was is None:
@@ -58,7 +72,11 @@ def _changes_to(keep: Keep, old: Element, new: Element) -> Iterator[str]:
 
 
 def _find(root: Element, name: str) -> Element | None:
-    return next((each for each in elements(root) if each.get("name") == name and each is not root), None)
+    return next((each for each in _parts(root) if each.get("name") == name), None)
+
+
+def _parts(root: Element) -> Iterator[Element]:
+    return (each for each in elements(root) if each is not root)
 
 
 def _values(element: Element, classes: Mapping[str, Element]) -> dict[str, str]:
