@@ -154,6 +154,21 @@ def test_a_run_is_replayed_without_measuring_again(tmp_path: Path) -> None:
     again = aidsr.design(task=TASK, model=f"replay:{run.path}", team="measuring", concepts=1, runs=tmp_path / "again")
     assert results(again) == results(run)
     assert again.design(1).final_scene.read() == run.design(1).final_scene.read()
+    asked, replayed = (one.design(1).iteration(1).calls for one in (run, again))
+    assert [call.reply for call in replayed] == [call.reply for call in asked]
+    assert [call.question.messages for call in replayed] == [call.question.messages for call in asked]
+
+
+@pytest.mark.parametrize("change", [{"task": "reaching/pipe_inserting"}, {"tool_calls": 5}])
+def test_a_replay_whose_prompts_differ_stops(tmp_path: Path, change: dict[str, Any]) -> None:
+    with Loopback(Measuring()) as server:
+        run = designed(server, tmp_path)
+    settings = {"task": TASK, "team": "measuring", "concepts": 1, **change}
+    again = aidsr.design(model=f"replay:{run.path}", runs=tmp_path / "again", **settings)
+    (design,) = aidsr.read_status(again).designs
+    assert (design.state, design.outcome) == ("stopped", None)
+    assert design.stopped is not None
+    assert "the prompt of the designer differs from every one that" in design.stopped.message
 
 
 def test_what_was_kept_is_the_result_when_the_budget_ends(tmp_path: Path) -> None:

@@ -91,9 +91,14 @@ class Session:
     def _finished(self) -> Chosen | None:
         """Return the scene with which the session finished, or the scene whose training succeeded; None if neither.
 
+        While recorded results are left, the session has not come to its end again: the recorded replies are asked for
+        first, so that a replay checks every prompt.
+
         Raises:
             ReplyError: The model gave up.
         """
+        if self.toolbox.has_unused_records:
+            return None
         found = chosen(self.toolbox.workspace, "finished")
         if found is not None and not found.scene:
             raise ReplyError(f"The team gave up: {found.why}")

@@ -60,7 +60,7 @@ class Toolbox:
     clock: Callable[[], float] = time.monotonic
     _records: list[ToolRecord] = field(default_factory=list)
     _unused: list[ToolRecord] = field(default_factory=list)
-    """Records of an interrupted session that no call of this process has used yet."""
+    """Records of an interrupted or replayed session that no call of this process has used yet."""
 
     def __post_init__(self) -> None:
         self._records = recorded_calls(self.folder)
@@ -93,6 +93,11 @@ class Toolbox:
         )
 
     @property
+    def has_unused_records(self) -> bool:
+        """Whether there are records of an interrupted or replayed session that no call of this process used yet."""
+        return bool(self._unused)
+
+    @property
     def calls_made(self) -> int:
         """Number of calls that count towards the budget."""
         return sum(record.counts for record in self._records)
@@ -117,6 +122,7 @@ class Toolbox:
             same = (record.name, record.arguments) == (call.name, call.arguments)
             if same and record.outcome != "refused" and record.name not in OWN_TOOLS:
                 return record
+        self._unused.clear()  # a new call: from here on the conversation is another one than the recorded one
         record = self._carried_out(call)
         if call.name in MAKES and not record.made:
             unmade = self.workspace.skip(MAKES[call.name])
