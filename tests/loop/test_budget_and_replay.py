@@ -191,6 +191,16 @@ def test_asking_a_run_to_stop_reaches_calls_that_wait_for_each_other(tmp_path: P
     assert told == ["interrupted before the call was made"]
 
 
+@pytest.mark.parametrize("budget", [Budget(), Budget(tokens=1)])
+def test_no_call_begins_after_a_run_was_asked_to_stop(tmp_path: Path, budget: Budget) -> None:
+    run, model = new_run(tmp_path, budget=budget), Paid()
+    ledger = Ledger(run, budget, 1, price)
+    ledger.interrupt()
+    with pytest.raises(ModelError, match="interrupted before the call was made"):
+        ledger.ask(model, run.design(1).iteration(1).path, question("one"))
+    assert model.count == 0
+
+
 class Unpriced(Paid):
     """Does not say what its answers cost."""
 

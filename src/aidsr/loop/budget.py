@@ -70,10 +70,11 @@ class Ledger:
 
         Raises:
             BudgetError: The call could exceed the remaining budget.
-            ModelError: Waiting for calls in flight was interrupted.
+            ModelError: The run was asked to stop before the call was made.
         """
         number = self._number(folder)
         with self._changed:
+            self._refuse_if_interrupted()
             bound = self._bound(question)
             self._wait_for_room(number, bound)
             self._in_flight.append((number, bound))
@@ -93,7 +94,7 @@ class Ledger:
         return record
 
     def interrupt(self) -> None:
-        """Make every call fail that waits for others, now and from now on."""
+        """Make every call fail that was not made yet, now and from now on."""
         with self._changed:
             self._interrupted = True
             self._changed.notify_all()
@@ -108,9 +109,12 @@ class Ledger:
         while self._refusal(self._spent_at_most(), number, bound):
             if refusal := self._refusal(self._spent, number, bound):
                 raise refusal
-            if self._interrupted:
-                raise ModelError("interrupted before the call was made")
+            self._refuse_if_interrupted()
             self._changed.wait()
+
+    def _refuse_if_interrupted(self) -> None:
+        if self._interrupted:
+            raise ModelError("interrupted before the call was made")
 
     def _spent_at_most(self) -> dict[int, Usage]:
         """Return the usage if each call in flight costs as much as its upper bound."""

@@ -95,5 +95,5 @@ class Parts:
     task_rounds: int = 0
     """Maximum number of times that a design is sent back after a trial on its task."""
     interrupt: Callable[[], None] = lambda: None
-    """Makes calls fail that wait for a person's reply or for each other; called when work is requested to stop, and
+    """Makes calls fail that wait for a person's reply or were not made yet; called when work is requested to stop, and
     when it is finished."""

@@ -108,7 +108,7 @@ def require_object(run: Run, model: Model | None) -> None:
 
 
 def team_of(run: Run, model: Model | None = None, *, trust: bool = False) -> tuple[TeamFor, Callable[[], None]]:
-    """Return a factory of the run's teams, and a function that interrupts waiting calls.
+    """Return a factory of the run's teams, and a function that makes waiting and further calls fail.
 
     Args:
         run: The run.
