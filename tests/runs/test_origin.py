@@ -12,8 +12,9 @@ from pathlib import Path
 import pytest
 
 import aidsr
+from aidsr.apps.cli import main
 from aidsr.core.artifacts import Outcome
-from aidsr.core.config import RunConfig
+from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import UserError
 from aidsr.evolution import Plan, begin, run_generations
 from aidsr.loop.run import create_run, require_run_is_ours
@@ -80,6 +81,21 @@ def test_a_stranger_cannot_pretend_that_a_run_is_finished(tmp_path: Path, concep
     with pytest.raises(ForeignFolderError):
         aidsr.resume(run)
     assert not run.events.exists()
+
+
+@pytest.mark.parametrize("resumed", ["in Python", "by the command"])
+def test_a_refused_run_gets_no_other_budget(tmp_path: Path, capsys: pytest.CaptureFixture[str], resumed: str) -> None:
+    run = redirected(made(tmp_path))
+    run.design(1).outcome.write(Outcome(outcome="out_of_budget", reason="60 tokens", iteration=1))
+    if resumed == "in Python":
+        with pytest.raises(ForeignFolderError):
+            aidsr.resume(run, budget=Budget(tokens=10**6))
+    else:
+        with pytest.raises(SystemExit):
+            main(["resume", str(run.path), "--max-tokens", "1000000"])
+        assert "was not made here" in capsys.readouterr().err
+    assert not run.larger_budget.exists()
+    assert run.design(1).outcome.read() is not None
 
 
 def test_a_run_in_a_study_names_the_model_of_its_arm(tmp_path: Path) -> None:

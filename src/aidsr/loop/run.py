@@ -117,10 +117,10 @@ def resume(
     found = as_run(run)
     client = _same_model(found, model)
     require_object(found, client)
-    if budget is not None:
-        replace_budget(found, budget, client)
     if client is None:
         require_run_is_ours(found, trust=trust)
+    if budget is not None:
+        replace_budget(found, budget, client)
     return run_designs(found, parts_of(found, client, trust=trust), listen)
 
 

@@ -39,6 +39,7 @@ def resume(
     from aidsr.runs import Run, read_status
 
     found = Run(run)
+    confirmed(partial(require_run_is_ours, found), trust)
     if limits is not None and limits != Limits():
         replace_budget(found, merged_limits(found.budget(), limits.given))
     status = read_status(found)
@@ -46,5 +47,4 @@ def resume(
         design.outcome is not None and design.outcome.outcome == "out_of_budget" for design in status.designs
     ):
         make_console().print("This run is already finished; nothing is repeated.\n")
-    confirmed(partial(require_run_is_ours, found), trust)
     return follow_run(found, parts_of(found, trust=True))
