@@ -8,12 +8,13 @@ import pytest
 from tests.teams.providers.test_remote import NAMES, loop_model
 
 from aidsr.core.calls import CallRecord, Message, Question, ToolCall, ToolOutput, ToolSpec
-from aidsr.core.errors import UserError
+from aidsr.core.errors import ModelError, UserError
 from aidsr.core.model import calls_tools
 from aidsr.teams.providers import connect
 from aidsr.teams.providers.manual import ManualModel
 from aidsr.teams.providers.tokens import estimate_input_tokens
-from loopback import Fail, Loopback, Say
+from fake_clock import FakeClock
+from loopback import Fail, Loopback, Raw, Say
 
 WEIGH = ToolSpec(
     name="weigh",
@@ -72,6 +73,48 @@ def test_a_server_that_takes_no_tools_is_told_of(status: int) -> None:
     refusal = Fail(status, "this model does not support tools")
     with Loopback([refusal, refusal]) as server, pytest.raises(UserError, match="start the run with text_tools"):
         loop_model("m@LOOPBACK", server).ask(QUESTION)
+
+
+def test_a_server_that_names_missing_tools_as_its_fault_is_told_of_in_the_end() -> None:
+    refusal = Fail(500, "tools param requires --jinja flag")
+    with Loopback(lambda _: refusal) as server, pytest.raises(ModelError, match="start the run with text_tools"):
+        loop_model("m@LOOPBACK", server, FakeClock().clock()).ask(QUESTION)
+
+
+@pytest.mark.parametrize(
+    "failure",
+    [
+        Fail(429, "Rate limit reached for model `llama3-groq-tool-use`; try again in 2s"),
+        Fail(503, "the tool server is overloaded"),
+    ],
+)
+def test_a_busy_service_is_asked_again_whatever_it_says_of_tools(failure: Fail) -> None:
+    with Loopback([failure, Say("fine")]) as server:
+        record = loop_model("llama3-groq-tool-use@LOOPBACK", server, FakeClock().clock()).ask(QUESTION)
+    assert (record.reply, record.usage.retries) == ("fine", 1)
+
+
+def test_a_paid_reply_with_a_call_that_cannot_be_read_counts_and_is_asked_for_again() -> None:
+    call = {"id": "c", "type": "function", "function": {"name": "weigh"}}
+    message = {"role": "assistant", "content": None, "tool_calls": [call]}
+    body = {
+        "id": "x",
+        "object": "chat.completion",
+        "created": 1,
+        "model": "m",
+        "choices": [{"index": 0, "message": message, "finish_reason": "tool_calls"}],
+        "usage": {"prompt_tokens": 15_000, "completion_tokens": 900, "total_tokens": 15_900},
+    }
+    with Loopback([Raw(json.dumps(body).encode()), Say("fine", input_tokens=100, output_tokens=10)]) as server:
+        record = loop_model("m@LOOPBACK", server, FakeClock().clock()).ask(QUESTION)
+    assert (record.reply, record.usage.retries) == ("fine", 1)
+    assert (record.usage.input_tokens, record.usage.output_tokens) == (15_100, 910)
+
+
+def test_a_refused_key_gets_no_advice_on_tools() -> None:
+    with Loopback([Fail(401, "no such key")]) as server, pytest.raises(UserError, match="refused the key") as error:
+        loop_model("llama3-groq-tool-use@LOOPBACK", server).ask(QUESTION)
+    assert "text_tools" not in str(error.value)
 
 
 def test_what_uses_no_tools_is_written_as_before_there_were_any() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import re
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
     from pydantic_ai.settings import ModelSettings
 
 _WITHOUT_TOOLS = "start the run with text_tools, or name a model that calls tools"
+_REFUSES_TOOLS = re.compile(r"\btools?\b.*(support|require)|support.*\btools?\b", re.IGNORECASE)
+"""A message that says that tools are not taken, such as "does not support tools" or "tools param requires --jinja"."""
 _WITHOUT_PICTURES = "start the run without judge_pictures, or name a model that takes images"
 
 _SHORTEST_KEY = 8
@@ -141,11 +144,25 @@ class RemoteModel:
             failure = TransientError(f"the reply has more than {MAX_REPLY_BYTES // 2**20} MiB")
         if isinstance(failure, TransientError):
             failure.usage = self._billed(question, exchange, late=isinstance(failure, NoReplyInTimeError))
-        if question.tools and (isinstance(failure, ModelError) or "tool" in str(failure)):
-            failure = UserError(f"{failure}; the request had tools: if the model takes none, {_WITHOUT_TOOLS}")
+        if question.tools:
+            failure = self._with_advice_on_tools(failure)
         if isinstance(failure, ModelError) and any(message.pictures for message in question.messages):
             failure = UserError(f"{failure}; the request had pictures: if the model takes none, {_WITHOUT_PICTURES}")
         raise failure
+
+    def _with_advice_on_tools(self, failure: Exception) -> Exception:
+        """Return the failure of a request with tools, with advice where the model may take none.
+
+        That is so if the request was rejected, or if the service says so while it reports a missing model or a fault of
+        its own. Other failures are retried or have a cure of their own.
+        """
+        model = self.endpoint.argument.partition("@")[0]
+        says_so = _REFUSES_TOOLS.search(str(failure).replace(model, ""))
+        if isinstance(failure, ModelError) or (isinstance(failure, UserError) and says_so):
+            return UserError(f"{failure}; the request had tools: if the model takes none, {_WITHOUT_TOOLS}")
+        if isinstance(failure, TransientError) and says_so and str(failure).startswith("HTTP 5"):
+            failure.cure = f"The request had tools: if the model takes none, {_WITHOUT_TOOLS}"
+        return failure
 
     async def _request(
         self, question: Question, messages: list[ModelMessage], limit_s: float, exchange: Exchange
