@@ -26,6 +26,7 @@ from aidsr.loop.parts import Parts
 from aidsr.loop.run import parts_of, replace_budget, resume
 from aidsr.loop.runner import run_designs
 from aidsr.runs import EventLog, RecordedModel, Run, read_status
+from aidsr.runs.answered_calls import set_calls_aside
 from aidsr.teams.providers import absolute_name
 from aidsr.teams.providers.replay import ReplayedModel
 from aidsr.teams.providers.tokens import estimate_tokens
@@ -282,6 +283,29 @@ def test_a_changed_prompt_is_told_with_its_difference_and_never_answered(tmp_pat
         model.ask(question("one\ntwo\nthree"))
     with pytest.raises(ModelError, match="no call of the judge"):
         model.ask(question("one", "judge"))
+
+
+def test_replies_that_were_set_aside_are_not_replayed(tmp_path: Path) -> None:
+    run, model = new_run(tmp_path), Paid()
+    RecordedModel(model, run.path).ask(question("concepts?"))
+    set_calls_aside(run.path)
+    RecordedModel(model, run.path).ask(question("concepts?"))
+    assert ReplayedModel(run.path).ask(question("concepts?")).reply == "2"
+
+
+def test_a_replay_that_goes_on_gets_each_reply_once(tmp_path: Path) -> None:
+    recorded, model = new_run(tmp_path / "a"), Paid()
+    for number in (1, 2):
+        RecordedModel(model, recorded.design(number).iteration(1).path).ask(question("same"))
+    run = new_run(tmp_path / "b", model=f"replay:{recorded.path}")
+    first, second = (run.design(number).iteration(1).path for number in (1, 2))
+    assert RecordedModel(ReplayedModel(recorded.path), first).ask(question("same")).reply == "1"
+    resumed = ReplayedModel(recorded.path)
+    resumed.leave_out_replies_in(run)
+    assert RecordedModel(resumed, first).ask(question("same")).reply == "1"
+    assert RecordedModel(resumed, second).ask(question("same")).reply == "2"
+    with pytest.raises(ModelError, match="no more replies to this question"):
+        resumed.ask(question("same"))
 
 
 @pytest.mark.parametrize(

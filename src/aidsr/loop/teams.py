@@ -134,6 +134,8 @@ def team_of(run: Run, model: Model | None = None, *, trust: bool = False) -> tup
     client, price = (model, _unknown_price) if model else (connect(config.model), price_of(config.model))
     check_prices(run.budget(), config.model, price)
     ledger = Ledger(run, run.budget(), config.concepts, price)
+    if isinstance(client, ReplayedModel):
+        client.leave_out_replies_in(run)
     manual = client if isinstance(client, ManualModel) else None
     mark_recorded: Callable[[CallRecord], None] = manual.mark_recorded if manual else lambda _record: None
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from aidsr.core.calls import CallRecord, Message, Question
 from aidsr.core.errors import ModelError, UserError
+from aidsr.runs.answered_calls import calls_in
 from aidsr.runs.folders import Run
 from aidsr.teams.providers.provider import Endpoint, Provider
 
@@ -21,8 +22,9 @@ places."""
 class ReplayedModel:
     """A model that gives the recorded replies of a run to exactly the same questions, in any order.
 
-    A question that was answered several times is answered equally often, in the order of the run's folders. The limit
-    on output tokens is not part of a prompt and may differ.
+    A question that was answered several times is answered equally often, in the order of the run's folders. Replies
+    that the run had set aside as unusable are left out. The limit on output tokens is not part of a prompt and may
+    differ.
 
     Raises:
         UserError: The folder is not a run, or no model was asked in it.
@@ -32,9 +34,7 @@ class ReplayedModel:
         self.name = f"replay:{folder}"
         self.run = run = Run(folder)
         run.asked()
-        iterations = (iteration for design in run.designs for iteration in design.iterations)
-        calls = (*run.calls, *(call for iteration in iterations for call in iteration.calls))
-        self._records = tuple(call for call in calls if call.finish != "failed")
+        self._records = _usable_calls(run)
         if not self._records:
             raise UserError(f"{folder} has no calls to replay; name a run that asked a language model")
         self._replies: dict[tuple[str, tuple[Message, ...]], deque[CallRecord]] = {}
@@ -46,6 +46,15 @@ class ReplayedModel:
     def calls_tools(self) -> bool:
         """Whether the recorded model was given tools."""
         return any(record.question.tools for record in self._records)
+
+    def leave_out_replies_in(self, run: Run) -> None:
+        """Leave out the replies that a replaying run already has in its folders, so that it gets each one once."""
+        with self._lock:
+            for call in _usable_calls(run):
+                left = self._replies.get(_prompt(call.question), deque[CallRecord]())
+                given = next((one for one in left if (one.started, one.reply) == (call.started, call.reply)), None)
+                if given is not None:
+                    left.remove(given)
 
     def ask(self, question: Question) -> CallRecord:
         """Return the recorded reply. It costs nothing; `replayed_cost_usd` is the cost at the time of recording.
@@ -74,6 +83,13 @@ class ReplayedModel:
         more = [f"… and {len(diff) - _MAX_DIFF_LINES} more lines"] if len(diff) > _MAX_DIFF_LINES else []
         shown = "\n".join([*diff[:_MAX_DIFF_LINES], *more])
         return f"the prompt of the {question.role} differs from every one that {self.name} recorded:\n{shown}"
+
+
+def _usable_calls(run: Run) -> tuple[CallRecord, ...]:
+    """Return the answered calls of a run in the order of its folders, without those that were set aside."""
+    folders = (run.path, *(iteration.path for design in run.designs for iteration in design.iterations))
+    calls = (call for folder in folders for call in calls_in(folder, usable=True))
+    return tuple(call for call in calls if call.finish != "failed")
 
 
 def _prompt(question: Question) -> tuple[str, tuple[Message, ...]]:
