@@ -2,12 +2,16 @@
 
 import re
 from pathlib import Path
+from typing import Any
+
+import pytest
 
 from aidsr.core.artifacts import Brief, Concept, Critique, EnvironmentSummary, Placement
 from aidsr.core.config import RunConfig
 from aidsr.runs import EventLog, Run, RunRecord, write_summary
 from aidsr.runs.events import Waiting
 from aidsr.runs.folders import new_run
+from aidsr.teams.providers import is_offline
 
 SUMMARY = EnvironmentSummary(
     gravity_m_s2=(0, 0, -9.81), timestep_s=0.002, mounts=(), bodies=(), sites=(), sensors=(), actuators=()
@@ -15,8 +19,9 @@ SUMMARY = EnvironmentSummary(
 CONCEPT = Concept(name="arm", interpretation="i", morphology="m", actuation="a", functional_part="tip", family="arm")
 
 
-def run_in(place: Path) -> Run:
-    record = RunRecord(objective="Reach it", config=RunConfig(), started="2026-01-31T10:02:59+01:00", versions={})
+def run_in(place: Path, **settings: Any) -> Run:
+    config = RunConfig(**settings)
+    record = RunRecord(objective="Reach it", config=config, started="2026-01-31T10:02:59+01:00", versions={})
     return new_run(place, record, Brief(objective="Reach it", environment="<mujoco />", summary=SUMMARY))
 
 
@@ -53,3 +58,21 @@ def test_an_earlier_iteration_that_waits_is_the_one_shown_and_decided_on(tmp_pat
     assert '<a href="designs/1/01/critique.json">critique</a>' in page
     assert "<h3>1. arm 1</h3>" in page
     assert "designs/1/02/" not in page
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({}, "Designed by the built-in rules, with seed 0."),
+        ({"model": "search"}, "Designed by the model search, with seed 0. This is not a language model"),
+        ({"model": "openai:m"}, "language model openai:m in the roles of Designer, Coder, Scene Integrator and Judge."),
+        ({"model": "openai:m", "method": "no_judge"}, "in the roles of Designer, Coder and Scene Integrator."),
+        ({"model": "openai:m", "team": "measuring"}, "language model openai:m, which measured its bodies with tools."),
+        ({"model": "openai:m", "method": "direct"}, "language model openai:m, asked directly for each robot."),
+    ],
+)
+def test_the_page_says_who_designed(tmp_path: Path, settings: dict[str, Any], said: str) -> None:
+    run = run_in(tmp_path, **settings)
+    page = write_summary(run, offline=is_offline(run.asked().config.model)).read_text()
+    assert said in re.sub(r"\s+", " ", re.sub(r"</?strong>", "", page))
+    assert ("All prompts and replies" in page) == (settings.get("model") == "openai:m")

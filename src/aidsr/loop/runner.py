@@ -20,6 +20,7 @@ from aidsr.loop.steps import HaltedError, Steps
 from aidsr.runs import DesignFolder, EventLog, Run, write_summary
 from aidsr.runs.answered_calls import set_calls_aside
 from aidsr.runs.events import Event, Finished, Started, StepDone, Stopped, Tried, Waiting, without_secrets
+from aidsr.teams.providers import is_offline
 
 Listen = Callable[[int, Event], None]
 """Called with every event, in the thread that called `run_designs`: number of the design (0 for the run), event."""
@@ -62,13 +63,16 @@ class _Runner:
             with _errors_logged(log, self.halted):
                 concepts = self._concepts(brief, config.concepts, log)
             designs = self._designs(concepts)
-            write_summary(self.run)
+            self._write_summary()
             with _errors_logged(log, self.halted):
                 self._run_designs([DesignLoop(design, brief, config.iterations, self.parts) for design in designs])
             if all(design.outcome.read() for design in designs):
                 log.write(Finished())
-        write_summary(self.run)
+        self._write_summary()
         return self.run
+
+    def _write_summary(self) -> None:
+        write_summary(self.run, offline=is_offline(self.run.asked().config.model))
 
     def _concepts(self, brief: Brief, count: int, log: EventLog) -> tuple[Concept, ...]:
         designer = self.parts.team_for(self.run.path).designer
@@ -121,7 +125,7 @@ class _Runner:
             if isinstance(event, Waiting) or (
                 isinstance(event, StepDone) and event.step in ("preview", "critique", "motion")
             ):
-                write_summary(self.run)
+                self._write_summary()
 
     def _run_design(self, loop: DesignLoop) -> None:
         """Run one design in its thread; an error that ends it is logged, and the others continue."""

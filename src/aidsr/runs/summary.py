@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from aidsr.core.artifacts import Concept, Fault, Placement
+from aidsr.core.config import RunConfig
 from aidsr.core.formatting import format_cost, format_duration, format_tokens
 from aidsr.core.html import html_template
 from aidsr.runs.files import replace_file
@@ -22,13 +23,20 @@ if TYPE_CHECKING:
     from jinja2 import Template
 
 
-def write_summary(run: Run) -> Path:
-    """Write summary.html from the current state of the run, and return its path."""
+def write_summary(run: Run, *, offline: bool = False) -> Path:
+    """Write summary.html from the current state of the run, and return its path.
+
+    Args:
+        run: The run.
+        offline: Whether its team asks no language model, see `aidsr.teams.providers.is_offline`.
+    """
     status = read_status(run)
     brief = run.brief()
     page = _template().render(
         run=run,
         record=status.record,
+        offline=offline,
+        roles=_roles_asked(status.record.config),
         status=status,
         brief=brief,
         designs=[_card(run.design(design.number), design) for design in status.designs],
@@ -38,6 +46,18 @@ def write_summary(run: Run) -> Path:
     )
     replace_file(run.summary, page.encode())
     return run.summary
+
+
+def _roles_asked(config: RunConfig) -> str:
+    """Return in words the roles that the language model plays."""
+    left_out = {
+        "no_judge": ("Judge",),
+        "no_integrator": ("Scene Integrator",),
+        "no_judge_or_integrator": ("Judge", "Scene Integrator"),
+        "no_feedback": ("Judge",),
+    }.get(config.method, ())
+    *others, last = (role for role in ("Designer", "Coder", "Scene Integrator", "Judge") if role not in left_out)
+    return f"{', '.join(others)} and {last}"
 
 
 @dataclass(frozen=True)

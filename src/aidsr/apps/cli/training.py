@@ -115,7 +115,9 @@ def train_designs(run: Run, *, steps: int, seeds: int) -> int:
     from aidsr.apps.cli.terminal import make_console
     from aidsr.learn.rl.recipe import recipe_of
     from aidsr.runs import read_status, write_summary
+    from aidsr.teams.providers import is_offline
 
+    offline = is_offline(run.asked().config.model)
     console = make_console()
     trainer = Trainer(console, steps, range(seeds), recipe_of("best"))
     left = [one for one in run.designs if (ended := one.outcome.read()) is not None and ended.outcome == "approved"]
@@ -126,9 +128,9 @@ def train_designs(run: Run, *, steps: int, seeds: int) -> int:
             of_design = replace(trainer, recipe=trainer.recipe.starting_from("own", found.script))
             successful |= of_design.train(found, found.home / "training")
             left.pop(0)
-            write_summary(run)
+            write_summary(run, offline=offline)
     except KeyboardInterrupt:
-        write_summary(run)
+        write_summary(run, offline=offline)
         console.print(f"\n{INTERRUPTED}; continue with", soft_wrap=True)
         for design in left:
             command = ["aidsr", "train", str(design.path), "--steps", str(steps), "--seeds", str(seeds)]
