@@ -1,5 +1,6 @@
 """Scenes that the Judge passed are tried on their task, and go back a bounded number of times."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import get_args
 
@@ -8,8 +9,9 @@ import pytest
 from aidsr.core.artifacts import Critique, CritiqueIssue, Decision, TaskReport
 from aidsr.core.config import Budget
 from aidsr.core.errors import BudgetError, IsolationError, UserError
+from aidsr.core.roles import Team
 from aidsr.loop.early_stop import no_progress
-from aidsr.loop.routing import after_trial
+from aidsr.loop.routing import Change, after_trial
 from aidsr.loop.run import parts_of
 from aidsr.loop.runner import run_designs
 from aidsr.runs import Run, read_events, read_status
@@ -67,6 +69,31 @@ def test_one_that_falls_short_returns_to_the_role_to_blame(tmp_path, blame: str,
     iterations = iteration_stages(run.design(1), status)
     stages = [stage for iteration in iterations for stage in iteration.stages if stage.name == "tried"]
     assert [(stage.mark, stage.text) for stage in stages] == [("bad", "no force"), ("good", "solved")]
+
+
+class PlacesWithRobot(Scripted):
+    def team(self, folder: Path) -> Team:
+        return replace(super().team(folder), places_with_robot=True)
+
+
+@pytest.mark.parametrize("blame", ["coder", "integrator"])
+def test_a_team_that_makes_robot_and_placement_together_makes_both_again(tmp_path, blame: str) -> None:
+    scripted, reports = PlacesWithRobot(), [short(blame), solved()]
+    run = new_run(tmp_path)
+    run_designs(run, parts(scripted, try_on_task=lambda _robot, _scene: reports.pop(0), task_rounds=2))
+    asked = [role for role, _, _ in scripted.asked]
+    assert asked == ["designer", "coder", "integrator", "judge", "coder", "integrator", "judge"]
+    feedback = [feedback for _, _, feedback in scripted.asked[4:6]]
+    assert [issue.problem for one in feedback for issue in one.issues] == ["touches with 0.1 N"] * 2
+    assert run.design(1).iteration(2).robot.read() is not None
+
+
+def test_issues_of_robot_and_placement_are_told_together_once() -> None:
+    issues = [CritiqueIssue(blame=role, component=role, problem="off") for role in ("coder", "integrator")]
+    robot, placement = (Critique(passed=False, issues=(issue,)) for issue in issues)
+    together = Change(robot=robot, placement=placement).of_robot_and_placement
+    assert together.robot == together.placement == Critique(passed=False, issues=tuple(issues))
+    assert Change(concept="longer").of_robot_and_placement == Change(concept="longer")
 
 
 def test_the_designer_is_told_how_far_it_came() -> None:

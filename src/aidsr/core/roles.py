@@ -104,3 +104,6 @@ class Team:
     coder: Coder
     integrator: Integrator
     judge: Judge
+    places_with_robot: bool = False
+    """Whether robot and placement are made together: feedback on either goes to the Coder first, and the Scene
+    Integrator then returns the placement that belongs to the new robot."""

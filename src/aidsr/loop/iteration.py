@@ -59,6 +59,8 @@ class Iteration:
             HaltedError: Work was requested to stop.
         """
         team = self.parts.team_for(self.folder.path)
+        if team.places_with_robot:
+            requested = requested.of_robot_and_placement
         draft, robot = self._robot(team, draft, requested)
         report = self._robot_report(draft, robot)
         draft = replace(draft, robot=robot, robot_report=report)

@@ -40,6 +40,16 @@ class Change:
         return feedback.model_copy(update={"summary": f"{feedback.summary}\n\n{self.details}\n"})
 
     @property
+    def of_robot_and_placement(self) -> Change:
+        """The change for a team that makes robot and placement together: both roles get all feedback."""
+        if isinstance(self.robot, Critique) and isinstance(self.placement, Critique):
+            issues = tuple(dict.fromkeys((*self.robot.issues, *self.placement.issues)))
+            both: Feedback | None = self.robot.model_copy(update={"issues": issues})
+        else:
+            both = self.robot or self.placement
+        return replace(self, robot=both, placement=both)
+
+    @property
     def reason(self) -> str:
         """The first problems in a few sentences, for a person, and the number of the others."""
         for feedback in (self.robot, self.placement):

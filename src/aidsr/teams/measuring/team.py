@@ -10,7 +10,8 @@ from aidsr.core.artifacts import Brief, Concept, Critique, Placement, Robot, Sce
 from aidsr.core.errors import ReplyError
 from aidsr.core.model import Model
 from aidsr.core.roles import Feedback, Team
-from aidsr.runs import Run
+from aidsr.runs import DesignFolder, IterationFolder, Run
+from aidsr.runs.status import newest
 from aidsr.tasks import Level
 from aidsr.teams.llm.describe_environment import describe_environment
 from aidsr.teams.llm.prompts import render
@@ -51,7 +52,7 @@ def measuring_team(
         may_continue: Whether the run may get another budget, so that a spent one ends a session without a result.
     """
     roles = _Roles(model, folder, level, goal, budget, pictures, text_tools, may_continue)
-    return Team(designer=roles, coder=roles, integrator=roles, judge=roles)
+    return Team(designer=roles, coder=roles, integrator=roles, judge=roles, places_with_robot=True)
 
 
 def copy_measured(recorded: Run, run: Run, folder: Path) -> None:
@@ -100,10 +101,16 @@ class _Roles:
     def write(self, brief: Brief, concept: Concept) -> Robot:
         """Return the robot of the scene that a session ends with.
 
+        After a refinement, the session starts with the robot of the last iteration, and the request is its feedback.
+
         Raises:
             ReplyError: The session ended without a scene.
         """
-        return self._designed(brief, concept, None, None)
+        before = self._robot_before()
+        if before is None:
+            return self._designed(brief, concept, None, None)
+        asked = Critique(passed=True, summary=concept.rationale)
+        return self._designed(brief, concept.model_copy(update={"rationale": ""}), before, asked)
 
     def repair(self, brief: Brief, concept: Concept, robot: Robot, feedback: Feedback) -> Robot:
         """Return the robot of a further session that starts with the present robot and the feedback."""
@@ -125,7 +132,10 @@ class _Roles:
     def adjust(
         self, brief: Brief, concept: Concept, robot: Robot, placement: Placement, feedback: Feedback
     ) -> Placement:
-        """Return the placement of the last session in this folder, or the given placement if there was none."""
+        """Return the placement of the session that repaired the robot in this folder; the given one if there was none.
+
+        The team places its robot itself, so feedback on a placement reaches the session by `repair`.
+        """
         del concept, robot, feedback
         workspace = self._workspace(brief)
         found = chosen(workspace, "finished")
@@ -135,6 +145,12 @@ class _Roles:
         """Return a pass: the session has measured the scene."""
         del brief, concept, scene, report
         return Critique(passed=True, summary=f"Passed by its designer, who measured it. {robot.notes}".strip())
+
+    def _robot_before(self) -> Robot | None:
+        """Return the robot of the iterations before this one; None in the first."""
+        iterations = DesignFolder(self.folder.parent).iterations
+        earlier = (it for it in reversed(iterations) if it.number < IterationFolder(self.folder).number)
+        return newest(it.robot.read() for it in earlier)
 
     def _workspace(self, brief: Brief) -> Workspace:
         return Workspace(self.folder / WORK_FOLDER, Job(brief, self.level, self.goal), draws=False)
