@@ -6,6 +6,7 @@ import io
 import json
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +17,15 @@ from test_language_model_runs import arm
 import aidsr
 from aidsr.api import find_scene
 from aidsr.apps.cli.reporting import print_result
-from aidsr.core.config import Budget
+from aidsr.core.artifacts import Decision, Keep
+from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import UserError
+from aidsr.loop.run import create_run, make_brief, parts_of
+from aidsr.loop.runner import run_designs
 from aidsr.memory.collecting import lessons_of
 from aidsr.runs import Run
 from aidsr.teams.measuring.exploration import Exploration
+from aidsr.teams.measuring.records import ToolRecord
 from aidsr.teams.providers.manual import pending_prompts
 from loopback import Act, Fail, Loopback, Received, Say
 
@@ -180,6 +185,51 @@ def test_what_was_kept_is_the_result_when_the_budget_ends(tmp_path: Path) -> Non
     assert outcome.outcome == "approved", outcome.reason
     assert "The run may use 70,000 tokens; " in outcome.reason
     assert "Kept, not measured again: the only one. Families" in outcome.reason
+
+
+THICKER = [
+    [("propose", {"families": FAMILIES})],
+    [
+        ("validate", {"mjcf": changed, "functional_part": "tip", "family": "arm"})
+        for changed in (
+            arm().replace(
+                'name="m0" tendon="t0" gear="-1" ctrlrange="0 12"', 'name="m0" tendon="t0" gear="-1" ctrlrange="0 9"'
+            ),
+            arm().replace('size="0.006"', 'size="0.0065"'),
+        )
+    ],
+    [("assemble", {"robot": f"robot_{number}", "placement": PLACEMENT}) for number in (2, 3)],
+    [
+        ("play", {"scene": "scene_2", "script": "m0: t=0 -1, t=1 1", "seconds": 0.4, "variation": number})
+        for number in range(3)
+    ],
+    [("finish", {"scene": "scene_2", "summary": "A thicker arm."})],
+]
+"""A session after the first one: one robot with a weaker cable, one with thicker segments."""
+
+
+def test_a_refinement_starts_from_the_robot_and_keeps_what_is_to_be_kept(tmp_path: Path) -> None:
+    keep = (Keep(name="m0"),)
+    decisions = [Decision(verdict="refine", text="Make it thicker.", keep=keep), Decision(verdict="approve")]
+
+    def person(*_: object) -> Decision:
+        return decisions.pop(0)
+
+    with Loopback(Measuring(rounds=[*ROUNDS, *THICKER])) as server:
+        config = RunConfig(model=f"m@{server.url}/v1", team="measuring", concepts=1)
+        run = create_run(make_brief(task=TASK), config, level="standard", runs=tmp_path)
+        run_designs(run, replace(parts_of(run, trust=True), person=person))
+        told = server.requests[len(ROUNDS)].body["messages"][1]["content"]
+    assert "You have made this robot before, kept as `robot_1`. It came back: Make it thicker." in told
+    folder = run.design(1).path / "02"
+    assert (folder / "work" / "robot_1" / "robot.xml").read_text() == run.design(1).iteration(1).robot.read().mjcf
+    refused = ToolRecord.model_validate_json((folder / "tools" / "0004_assemble.json").read_bytes())
+    assert refused.outcome == "refused"
+    assert "Of \"m0\", which is to be kept, <motor> 'm0' changed: ctrlrange was 0 12 and is 0 9." in refused.text
+    final = run.design(1).final_robot.read()
+    assert final is not None
+    assert b'size="0.0065"' in final
+    assert b'ctrlrange="0 12"' in final
 
 
 def in_text(calls: list[tuple[str, dict[str, Any]]]) -> str:

@@ -13,6 +13,8 @@ from aidsr.sandbox.isolated import isolated
 
 _NAMES = {"name", "class", "childclass"}
 """Attributes that are not compared: only the effective values of the others matter, not the class they come from."""
+_MAX_CHANGES = 6
+"""Maximum number of changes of kept parts in one complaint. Our choice: they mostly have one cause."""
 
 
 @isolated
@@ -33,6 +35,12 @@ def changes_to_kept_parts(before: str, after: str, keep: Sequence[Keep]) -> list
     """
     old, new = (parse_document(text).root for text in (before, after))
     return [sentence for each in keep for sentence in _changes_to(each, old, new)]
+
+
+def changes_in_words(changes: Sequence[str]) -> str:
+    """Return changes of kept parts as one text: the first ones in full, and the number of the others."""
+    more = f" And {len(changes) - _MAX_CHANGES} more." if len(changes) > _MAX_CHANGES else ""
+    return " ".join(changes[:_MAX_CHANGES]) + more
 
 
 @isolated

@@ -8,16 +8,13 @@ from aidsr.core.artifacts import ActuatorGroup, Artifact, Brief, Concept, Critiq
 from aidsr.core.errors import IsolationError, MjcfError, ReplyError
 from aidsr.core.roles import Feedback
 from aidsr.mjcf.condense import condense
-from aidsr.mjcf.kept_parts import changes_to_kept_parts
+from aidsr.mjcf.kept_parts import changes_in_words, changes_to_kept_parts
 from aidsr.teams.llm.conversation import Conversation
 from aidsr.teams.llm.describe_environment import describe_environment
 from aidsr.teams.llm.feedback import describe_feedback
 from aidsr.teams.llm.patch import apply_patch, extract_patch
 from aidsr.teams.llm.prompts import as_json, render
 from aidsr.teams.llm.replies import check_groups, check_part, extract_mjcf, has_json, parse_json, validate_as
-
-_MAX_CHANGES = 6
-"""Maximum number of changes of kept parts in one complaint. Our choice: they mostly have one cause."""
 
 
 class _CoderHeader(Artifact):
@@ -132,8 +129,7 @@ def _check_kept(brief: Brief, mjcf: str) -> None:
     except (MjcfError, IsolationError):
         return
     if changes:
-        more = f" And {len(changes) - _MAX_CHANGES} more." if len(changes) > _MAX_CHANGES else ""
-        raise ReplyError(" ".join(changes[:_MAX_CHANGES]) + more)
+        raise ReplyError(changes_in_words(changes))
 
 
 def _without(reply: str, mjcf: str) -> str:

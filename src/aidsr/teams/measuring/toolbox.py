@@ -11,6 +11,7 @@ from typing import Any, Literal
 
 from aidsr.core.calls import ToolCall, ToolSpec
 from aidsr.core.errors import IsolationError, MjcfError, UserError
+from aidsr.mjcf.kept_parts import changes_in_words, changes_to_kept_parts
 from aidsr.runs.files import JsonFile
 from aidsr.teams.measuring.exploration import HOPELESS, VALIDATE, Exploration, seeds_of
 from aidsr.teams.measuring.own_tools import OWN_TOOLS, READ, has_families
@@ -177,6 +178,8 @@ class Toolbox:
             return f"{self.spent}: finish with the best scene"
         if reason := self._too_early(name, arguments):
             return reason
+        if name == "assemble" and (changes := self._changes_to_kept_parts(str(arguments.get("robot", "")))):
+            return f"{changes} Restore what is to be kept, then assemble it"
         scene = arguments.get("scene")
         if name == "finish" and scene and not self.spent and not self._measured_again(scene):
             return (
@@ -186,6 +189,17 @@ class Toolbox:
         if name == "finish" and scene and (better := self.exploration.better_than(str(scene))):
             return f"{better}: finish with the better one, or measure both by more seeds"
         return ""
+
+    def _changes_to_kept_parts(self, robot: str) -> str:
+        """Return the changes of a robot to parts that a person wants to keep, so that no scene has them; "" if none."""
+        job = self.workspace.job
+        if job is None or not job.brief.keep:
+            return ""
+        try:
+            mjcf = self.workspace.mjcf(robot)
+            return changes_in_words(changes_to_kept_parts(job.brief.starting_robot, mjcf, job.brief.keep))
+        except (UserError, MjcfError, IsolationError):  # the tool itself says what is wrong with the robot
+            return ""
 
     def _too_early(self, name: str, arguments: dict[str, Any]) -> str:
         """Return why it is too early to refine, train or finish with a body: families are unmeasured; "" if not."""
