@@ -100,6 +100,9 @@ def test_an_interrupt_ends_the_waiting(tmp_path) -> None:
     assert not [thread for thread in threading.enumerate() if thread.name == "design 1"]
     assert read_status(run).state == "stopped"
     assert read_status(run).designs[0].stopped.cause == "interrupted"
+    page = run.summary.read_text()
+    assert '<span class="badge stopped">stopped</span>' in page
+    assert "http-equiv" not in page, "the page of a run at work reloads itself"
 
 
 def test_an_empty_file_is_one_that_is_being_written(tmp_path) -> None:

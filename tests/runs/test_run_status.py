@@ -120,6 +120,26 @@ BEGIN = datetime(2026, 1, 31, 10, tzinfo=UTC)
 PROPOSED = ((0, Started()), (0, StepStarted(step="concepts")), (5, StepDone(step="concepts")))
 GROWN = ((5, Started()), (5, StepStarted(step="robot", iteration=1)), (25, StepDone(step="robot", iteration=1)))
 TRIED = Tried(name="an arm", number=1, most=24, progress=0.3, succeeded=False, seconds=1)
+
+
+def test_a_run_that_was_interrupted_leaves_no_design_running(run) -> None:
+    with_concepts(run)
+    for number in (1, 2, 3):
+        run.design(number).iteration(1).concept.write(CONCEPT)
+    for number, last in ((1, StepStarted(step="robot", iteration=1)), (2, Waiting(iteration=1))):
+        with EventLog(run.design(number).events) as log:
+            log.write(last)
+    with EventLog(run.events) as log:
+        log.write(Stopped(cause="interrupted", message="interrupted by the user"))
+    status = read_status(run)
+    assert [design.state for design in status.designs] == ["stopped", "waiting", "stopped"]
+    assert status.designs[0].stopped.message == "interrupted by the user"
+    assert status.designs[0].doing == ""
+    with EventLog(run.events) as log:
+        log.write(Started())
+    assert [design.state for design in read_status(run).designs] == ["running", "waiting", "running"]
+
+
 PAUSE = Stopped(cause="interrupted", message="by the person")
 
 

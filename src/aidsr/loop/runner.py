@@ -56,20 +56,28 @@ class _Runner:
     """Events of the designs, with their numbers; None as the event when a thread has ended."""
 
     def run_all(self) -> Run:
-        config = self.run.asked().config
-        brief = self.run.brief()
         with EventLog(self.run.events, lambda event: self.listen(0, event)) as log:
             log.write(Started())
-            with _errors_logged(log, self.halted):
-                concepts = self._concepts(brief, config.concepts, log)
-            designs = self._designs(concepts)
-            self._write_summary()
-            with _errors_logged(log, self.halted):
-                self._run_designs([DesignLoop(design, brief, config.iterations, self.parts) for design in designs])
-            if all(design.outcome.read() for design in designs):
-                log.write(Finished())
+            try:
+                self._design_all(log)
+            except BaseException:
+                with suppress(AidsrError, OSError):  # what ended the run is told, not that its page was not written
+                    self._write_summary()
+                raise
         self._write_summary()
         return self.run
+
+    def _design_all(self, log: EventLog) -> None:
+        config = self.run.asked().config
+        brief = self.run.brief()
+        with _errors_logged(log, self.halted):
+            concepts = self._concepts(brief, config.concepts, log)
+        designs = self._designs(concepts)
+        self._write_summary()
+        with _errors_logged(log, self.halted):
+            self._run_designs([DesignLoop(design, brief, config.iterations, self.parts) for design in designs])
+        if all(design.outcome.read() for design in designs):
+            log.write(Finished())
 
     def _write_summary(self) -> None:
         write_summary(self.run, offline=is_offline(self.run.asked().config.model))

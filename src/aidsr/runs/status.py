@@ -114,23 +114,29 @@ def read_status(run: str | Path | Run, now: datetime | None = None) -> RunStatus
     events = read_events(run.events)
     proposing_s = _proposing_s(events, now)
     shared = _total(call.usage for call in run.calls)
-    folders = run.designs
+    folders, stopped = run.designs, _stopped(events)
     designs = tuple(
-        _design_status(folder, _share(shared, index, len(folders)), proposing_s, now)
+        _design_status(folder, _share(shared, index, len(folders)), proposing_s, now, stopped)
         for index, folder in enumerate(folders)
     )
     return RunStatus(
         record=record,
         state=_run_state(events, designs, len(run.concepts.read() or ())),
         designs=designs,
-        stopped=_stopped(events),
+        stopped=stopped,
         usage=_total(design.usage for design in designs) if designs else shared,
         latency_s=max((design.latency_s for design in designs), default=proposing_s),
     )
 
 
-def _design_status(folder: DesignFolder, share: Usage, proposing_s: float, now: datetime | None) -> DesignStatus:
+def _design_status(
+    folder: DesignFolder, share: Usage, proposing_s: float, now: datetime | None, run_stopped: Stopped | None
+) -> DesignStatus:
+    """Return the status of a design; if its run was stopped while a step was at work, the design is stopped too."""
     events = read_events(folder.events)
+    worked_s = working_time_s(events, None if run_stopped else now)
+    if run_stopped and _state(events) == "running":
+        events = (*events, run_stopped)
     iterations, waiting = folder.iterations, _awaited(events)
     shown = folder.leading_to(waiting)
     concept = newest(it.concept.read() for it in shown)
@@ -154,7 +160,7 @@ def _design_status(folder: DesignFolder, share: Usage, proposing_s: float, now: 
         outcome=outcome,
         stopped=_stopped(events),
         usage=_total((share, *(call.usage for iteration in iterations for call in iteration.calls))),
-        latency_s=proposing_s + working_time_s(events, now),
+        latency_s=proposing_s + worked_s,
     )
 
 

@@ -3,13 +3,16 @@
 import io
 import shutil
 import time
+from contextlib import nullcontext
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from rich.console import Console
 
+from aidsr.apps.cli import main
 from aidsr.apps.cli.progress import Lines, Panel, follow_run, how_to_resume
-from aidsr.apps.cli.reporting import print_introduction
+from aidsr.apps.cli.reporting import print_introduction, print_status
 from aidsr.apps.cli.review_prompt import ReviewPrompt, parse_answer
 from aidsr.apps.cli.training import TrainingBar, evaluating, print_evaluations
 from aidsr.core.artifacts import Decision, EpisodeResult, Evaluation
@@ -21,7 +24,7 @@ from aidsr.learn.rl.callbacks import CurvePoint
 from aidsr.learn.rl.recipe import PROTOCOLS, recipe_of
 from aidsr.loop.human import DecisionFile
 from aidsr.loop.runner import run_designs
-from aidsr.runs import read_status
+from aidsr.runs import Library, read_status
 from aidsr.runs.events import EventLog, StepDone, StepStarted, Tried, Waiting
 from scripted import Script, Scripted, new_run, parts, tried
 
@@ -175,6 +178,29 @@ def test_an_error_that_ends_a_run_is_left_to_the_caller(tmp_path, capsys) -> Non
     assert "aidsr resume" in said
 
 
+def test_an_interrupted_design_with_training_says_how_to_train(tmp_path, capsys, monkeypatch) -> None:
+    def interrupted(self, *_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("aidsr.loop.runner._Runner.run_all", interrupted)
+    place = str(tmp_path / "my runs")
+    with pytest.raises(SystemExit) as ended:
+        main(["design", "--task", "button_pushing", "--train", "--steps", "100", "--seeds", "2", "--runs", place])
+    assert ended.value.code == 130
+    (run,) = Library(Path(place)).runs()
+    said = capsys.readouterr().out.replace("\n", "")
+    assert f"then aidsr train '{run.path}/designs/N' --steps 100 --seeds 2 for each approved design N" in said
+
+
+def test_commands_to_view_and_to_resume_can_be_pasted(tmp_path) -> None:
+    run = new_run(tmp_path / "my runs")
+    console = Console(file=io.StringIO(), width=200)
+    print_status(console, run, read_status(run))
+    assert f"aidsr resume '{run.path}'" in console.file.getvalue()
+    ReviewPrompt(console, run, nullcontext, typing=False)._ask(1, run.design(1).iteration(1))
+    assert f"aidsr view '{run.path}/designs/1/01/scene.xml'" in console.file.getvalue()
+
+
 def test_follow_run_fails_when_nothing_is_approved(tmp_path, capsys) -> None:
     run = new_run(tmp_path)
     assert follow_run(run, parts(Scripted([Script(robots=[ModelError("no answer from x")])]))) == 1
@@ -323,6 +349,7 @@ def test_a_noun_follows_its_number() -> None:
 def test_an_interrupted_search_over_bodies_is_said_to_start_again(tmp_path):
     run = new_run(tmp_path / "my runs")
     assert how_to_resume(run).startswith("Finished work is kept; resume with [bold]aidsr resume '")
+    assert how_to_resume(run, "aidsr train N").endswith("'[/], then [bold]aidsr train N[/] for each approved design N")
     with EventLog(run.events) as log:
         log.write(Tried(name="an arm", number=1, most=24, progress=0.3, succeeded=False, seconds=1))
     assert "but not the search over bodies, which starts again" in how_to_resume(run)

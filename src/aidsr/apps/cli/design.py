@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -97,7 +98,8 @@ def design(
     if dry_run:
         return 0
     run = create_run(brief, config, level=level if brief.task else "", runs=runs, goal=goal or "")
-    code = follow_run(run, parts_of(run, trust=True))
+    training = ["aidsr", "train", str(run.path / "designs" / "N"), "--steps", str(steps), "--seeds", str(seeds)]
+    code = follow_run(run, parts_of(run, trust=True), then=shlex.join(training) if train else "")
     return train_designs(run, steps=steps, seeds=seeds) if train and code == 0 else code
 
 

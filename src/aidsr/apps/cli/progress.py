@@ -31,8 +31,14 @@ from aidsr.runs.status import newest
 from aidsr.teams.providers import is_offline
 
 
-def follow_run(run: Run, parts: Parts) -> int:
-    """Run the designs and print their progress; return 0 if a design is approved, 1 if none, 130 if interrupted."""
+def follow_run(run: Run, parts: Parts, *, then: str = "") -> int:
+    """Run the designs and print their progress; return 0 if a design is approved, 1 if none, 130 if interrupted.
+
+    Args:
+        run: The run.
+        parts: Parts of its loop.
+        then: Command for what was requested beyond the designs, which resuming does not do; empty if nothing was.
+    """
     console = make_console()
     print_introduction(console, run)
     view: View = Panel(console, run) if console.is_terminal else Lines(console)
@@ -46,19 +52,25 @@ def follow_run(run: Run, parts: Parts) -> int:
 
             run_designs(run, parts, on_event)
     except KeyboardInterrupt:
-        console.print(f"\nInterrupted. {how_to_resume(run)}", soft_wrap=True)
+        console.print(f"\nInterrupted. {how_to_resume(run, then)}", soft_wrap=True)
         return 130
     except AidsrError:
-        console.print(f"\n{how_to_resume(run)}", soft_wrap=True)
+        console.print(f"\n{how_to_resume(run, then)}", soft_wrap=True)
         raise
     return print_result(console, run)
 
 
-def how_to_resume(run: Run) -> str:
-    """Return what is kept of a run that was ended early, and how to resume it, as rich markup."""
+def how_to_resume(run: Run, then: str = "") -> str:
+    """Return what is kept of a run that was ended early, and how to resume it, as rich markup.
+
+    Args:
+        run: The run.
+        then: Command to give after resuming; empty if there is none.
+    """
     searched = run.concepts.read() is None and any(isinstance(event, Tried) for event in read_events(run.events))
     kept = "Finished work is kept" + ", but not the search over bodies, which starts again" * searched
-    return f"{kept}; resume with [bold]aidsr resume {escape(shlex.quote(str(run.path)))}[/]"
+    after = f", then [bold]{escape(then)}[/] for each approved design N" if then else ""
+    return f"{kept}; resume with [bold]aidsr resume {escape(shlex.quote(str(run.path)))}[/]{after}"
 
 
 class View(Protocol):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import queue
 import select
+import shlex
 import sys
 import threading
 from collections.abc import Callable
@@ -89,7 +90,7 @@ class ReviewPrompt:
         name = f", {concept.name}" if concept else ""
         self._print(f"\n[bold]Design {number}{escape(name)}[/]: stable, and passed by the Judge.")
         self._print(f"  pictures  {escape(str(iteration.path))}: preview.png, motion.png")
-        self._print(f"  3-D       aidsr view {escape(str(iteration.scene.xml.path))}")
+        self._print(f"  3-D       aidsr view {escape(shlex.quote(str(iteration.scene.xml.path)))}")
         if self._typing:
             self._print("  [bold]a[/]pprove, [bold]r[/]efine WHAT TO CHANGE, or [bold]q[/]uit? ", end="")
             self._take_typed(iteration)
