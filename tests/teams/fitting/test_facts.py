@@ -113,6 +113,8 @@ def test_an_environment_without_a_goal_is_described():
 
 
 def test_a_body_that_turns_about_its_own_centre_moves():
-    (said,) = (line for line in environment_facts(examples()["knob"].environment).lines if line.startswith("Body: knob"))
+    (said,) = (
+        line for line in environment_facts(examples()["knob"].environment).lines if line.startswith("Body: knob")
+    )
     assert "moves (" in said
     assert "hinge about" in said

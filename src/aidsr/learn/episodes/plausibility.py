@@ -23,11 +23,12 @@ from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.readings import FloatArray
 
 MOVED_LENGTHS = 0.02
-"""A robot that moves less than this share of its length counts as not moving. Source: docs/tasks.md, after the paper's
-wording."""
+"""A robot that moves less than this share of its length counts as not moving. Source: our choice, after the
+paper's wording; small, because only robots that stand still are to fail."""
 
 TRAINING_DIVERGED = 0.01
-"""Largest share of training episodes that may diverge. Source: docs/tasks.md."""
+"""Largest share of training episodes that may diverge. Source: our choice: random actions may break a few episodes,
+while the evaluation may have none."""
 
 ENERGY_OF_WEIGHT = 0.05
 ENERGY_OF_WORK = 0.1
