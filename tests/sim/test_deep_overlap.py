@@ -8,7 +8,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from aidsr.sim.deep_overlap import DEEP, DeepOverlap, OverlapProbe, passing_pairs
+from aidsr.sim.deep_overlap import DEEP, DeepOverlap, OverlapProbe, half_thickness_m, passing_pairs
+from aidsr.sim.extent import half_width_m
 from aidsr.sim.structure import read_structure
 
 BALLS = """
@@ -41,6 +42,38 @@ def test_a_plane_is_as_thick_as_any() -> None:
     assert found is not None
     assert found.geoms == (0, 3)
     assert found.share == pytest.approx(0.01 / 0.05)
+
+
+def test_a_height_field_is_as_thick_as_a_plane() -> None:
+    hills = '<asset><hfield name="flat" nrow="8" ncol="8" size="1 1 0.01 0.001"/></asset>'
+    ground = '<geom name="floor" type="hfield" hfield="flat"/>'
+    model = mujoco.MjModel.from_xml_string(
+        BALLS.replace("<worldbody>", f"{hills}<worldbody>").replace(
+            '<geom name="floor" type="plane" size="1 1 1"/>', ground
+        )
+    )
+    structure = replace(read_structure(model), geoms=(model.geom("sunk").id,))
+    found = OverlapProbe(model, structure).look(mujoco.MjData(model), model.qpos0)
+    assert found is not None
+    assert found.share == pytest.approx(0.01 / 0.05, rel=0.01)
+
+
+def test_half_the_thickness_of_every_shape_is_half_its_width() -> None:
+    model = mujoco.MjModel.from_xml_string("""
+        <mujoco>
+          <asset>
+            <hfield name="flat" nrow="8" ncol="8" size="1 1 0.1 0.01"/>
+            <mesh name="wedge" vertex="0 0 0  0.1 0 0  0 0.1 0  0 0 0.1"/>
+          </asset>
+          <worldbody>
+            <geom type="plane" size="1 1 1"/> <geom type="hfield" hfield="flat"/>
+            <geom type="sphere" size="0.1"/> <geom type="capsule" size="0.1 0.2"/>
+            <geom type="ellipsoid" size="0.1 0.2 0.3"/> <geom type="cylinder" size="0.1 0.05"/>
+            <geom type="box" size="0.3 0.2 0.1"/> <geom type="mesh" mesh="wedge"/>
+          </worldbody>
+        </mujoco>""")
+    assert half_thickness_m(model).tolist() == [half_width_m(model, geom) for geom in range(model.ngeom)]
+    assert np.isinf(half_thickness_m(model)).tolist() == [True, True] + 6 * [False]
 
 
 def test_what_is_not_the_robots_does_not_count() -> None:

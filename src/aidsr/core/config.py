@@ -20,7 +20,7 @@ BUILTIN = "builtin"
 """Model name of the built-in rules, which are not a language model, need no API key and cost nothing."""
 
 BUDGET_STEPS = 300_000
-"""Control steps of a training, the same for every design and task. Source: docs/tasks.md, budget v1."""
+"""Control steps of a training, the same for every design and task. Source: docs/tasks.md, how a design is scored."""
 
 VERDICT_EPISODES = 100
 """Number of episodes of a verdict. Source: docs/tasks.md, how a design is scored: at a share of one half the confidence

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from aidsr.sim.extent import UNBOUNDED
+from aidsr.sim.extent import UNBOUNDED, half_width_m
 from aidsr.sim.structure import Structure, neighbours
 
 DEEP = 1.0
@@ -80,9 +80,8 @@ class OverlapProbe:
 
 
 def half_thickness_m(model: mujoco.MjModel) -> NDArray[np.float64]:
-    """Return half the smallest width of each geom [m], (ngeom,); infinity for planes, which have no other side."""
-    thin_m = model.geom_aabb[:, 3:].min(axis=1)
-    return np.where(model.geom_type == int(mujoco.mjtGeom.mjGEOM_PLANE), np.inf, thin_m)
+    """Return half the smallest width of each geom [m], (ngeom,); infinity for planes and height fields."""
+    return np.array([half_width_m(model, geom) for geom in range(model.ngeom)])
 
 
 def passing_pairs(model: mujoco.MjModel, structure: Structure) -> NDArray[np.intp]:

@@ -29,8 +29,8 @@ BoolArray = NDArray[np.bool_]
 FloatArray = NDArray[np.float64]
 
 MAX_BODY_SPEED_M_S = 50.0
-"""Speed of a body above which the simulation has diverged. Source: docs/tasks.md; our choice, an order of magnitude
-above the speed of anything that the tendons of these robots can throw."""
+"""Speed of a body above which the simulation has diverged. Source: our choice, an order of magnitude above the speed of
+anything that the tendons of these robots can throw."""
 
 FULL_WARNINGS = [int(mujoco.mjtWarning.mjWARN_CONTACTFULL), int(mujoco.mjtWarning.mjWARN_CNSTRFULL)]
 """Warnings that MuJoCo's memory was too small for all contacts or constraints, so that it left some of them out."""

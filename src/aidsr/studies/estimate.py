@@ -21,7 +21,7 @@ _BUILTIN_S = 6.0
 _SEARCHED_ROBOT_S = 5.0
 """CPU time of one robot of a search [s]: written, placed, validated, and probed within 90,000 steps.
 
-Source: `aidsr.teams.baselines.search.worth_of` for the rules' concept of seed 0 on the first ten of `aidsr tasks`,
+Source: `aidsr.teams.baselines.search.probe_value` for the rules' concept of seed 0 on the first ten of `aidsr tasks`,
 on one core of a Xeon at 2.5 GHz that others used too: 4.7 s on average, 1.0 to 11.4 s; rounded up."""
 _STEPS_PER_S: dict[Protocol, float] = {"paper": 300.0, "best": 150.0}
 """Control steps per second of a single-threaded training, by protocol. Source: docs/studies.md, 300,000 steps by

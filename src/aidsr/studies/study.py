@@ -55,7 +55,7 @@ class Arm(Artifact):
     grouping: Literal["auto", "off"] = "auto"
     """"auto" trains policies with one action for each actuator group; "off" gives each actuator its own action."""
     from_probe: bool = False
-    """Whether policies first imitate the best open-loop motion, if it succeeds; see `aidsr.learn.rl.Recipe`."""
+    """Whether policies first imitate the best open-loop motion, if it succeeds; see `aidsr.learn.rl.recipe.Recipe`."""
     runs: Annotated[int | None, Field(ge=1)] = None
     """Number of runs of each task, if smaller than the study's; a deterministic arm is run only once."""
     config: RunConfig

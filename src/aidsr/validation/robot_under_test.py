@@ -13,17 +13,17 @@ from numpy.typing import NDArray
 from aidsr.core.artifacts import Fault
 from aidsr.sim.accelerations import turning_accelerations
 from aidsr.sim.actuator_force import output_of
-from aidsr.sim.divergence import DivergenceSign, first_sign, recording_diverged
+from aidsr.sim.divergence import MAX_BODY_SPEED_M_S, DivergenceSign, first_sign, recording_diverged
 from aidsr.sim.drive import Drive
 from aidsr.sim.moment_arms import MomentArms, read_moment_arms
 from aidsr.sim.rollout import Recording
 from aidsr.sim.structure import STANDARD_GRAVITY_M_S2, Structure, name_of
 from aidsr.validation.points import displacements, last_quarter
 from aidsr.validation.protocol import Evidence, Variant, rerun
-from aidsr.validation.thresholds import BODY_SPEED_M_S, CHATTER_ERROR_G, JOINT_SPEED_RAD_S
+from aidsr.validation.thresholds import CHATTER_ERROR_G, JOINT_SPEED_RAD_S
 
 _PARTS = 4
-_SPEED_LIMITS = {"max_joint_speed_rad_s": JOINT_SPEED_RAD_S, "max_body_speed_m_s": BODY_SPEED_M_S}
+_SPEED_LIMITS = {"max_joint_speed_rad_s": JOINT_SPEED_RAD_S, "max_body_speed_m_s": MAX_BODY_SPEED_M_S}
 
 
 @dataclass(frozen=True)
@@ -78,10 +78,10 @@ class RobotUnderTest:
 
     @property
     def settled(self) -> bool:
-        """Whether the passive phase can be measured: it did not fail, and no body was faster than `BODY_SPEED_M_S`."""
+        """Whether the passive phase can be measured: it did not fail, and no body exceeded `MAX_BODY_SPEED_M_S`."""
         settle = self.driven.settle
         speeds = settle.speed_m_s[0][:, list(self.structure.bodies)]
-        return not settle.failed(0) and float(np.max(speeds, initial=0.0)) <= BODY_SPEED_M_S
+        return not settle.failed(0) and float(np.max(speeds, initial=0.0)) <= MAX_BODY_SPEED_M_S
 
     def body(self, index: int) -> str:
         """Return the name of a body."""

@@ -6,9 +6,8 @@ limits are our choice, placed between robots known to be good and robots known t
 """
 
 JOINT_SPEED_RAD_S = 200.0
-BODY_SPEED_M_S = 50.0
-"""Speeds of a joint and of a body that no cable and motor of this size reach: beyond them the integration has failed or
-is about to fail."""
+"""Speed of a joint that no cable and motor of this size reach: beyond it the integration has failed or is about to
+fail. The limit for bodies is `aidsr.sim.divergence.MAX_BODY_SPEED_M_S`."""
 CHATTER_ERROR_G = 4.0
 """Root mean square acceleration under constant commands, in standard gravity, above which shaking is an error."""
 MAX_MASS_RATIO = 100.0

@@ -110,3 +110,11 @@ def test_an_environment_without_a_goal_is_described():
     assert "Mount: mount at (0, 0, 0.5) m, pointing along (0, 0, -1)" in facts.lines
     assert "Body: bell at (0.13, 0, 0.28) m, cannot move" in facts.lines
     assert environment_facts(bell('<site name="monut"/>')).faults[0].startswith('no site is named "mount"')
+
+
+def test_a_body_that_turns_about_its_own_centre_moves():
+    (said,) = (
+        line for line in environment_facts(examples()["knob"].environment).lines if line.startswith("Body: knob")
+    )
+    assert "moves (" in said
+    assert "hinge about" in said

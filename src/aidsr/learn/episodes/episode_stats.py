@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.learn.episodes.batch import Episodes, StepResult
+from aidsr.sim.motion_limits import OVERRUN_DEG
 from aidsr.tasks.readings import FloatArray
 
 RECORDED = ("energy", "actuator_force", "actuator_length", "qfrc_gravcomp", "qvel")
@@ -16,11 +17,11 @@ RECORDED = ("energy", "actuator_force", "actuator_length", "qfrc_gravcomp", "qve
 
 Ids = NDArray[np.intp]
 
-OVER_RAD = float(np.deg2rad(30.0))
+OVER_RAD = float(np.deg2rad(OVERRUN_DEG))
 OVER_LENGTHS = 0.05
 """Allowed overrun of a joint's range: `OVER_RAD` [rad] for a hinge or a ball joint, `OVER_LENGTHS` [characteristic
-lengths] for a slide joint. Source: docs/rules.md, limit_overrun, for rotation; our choice for slides: as far as a part
-of that length moves when it turns by 3 degrees."""
+lengths] for a slide joint. Source: our choice for slides: as far as a part of that length moves when it turns by 3
+degrees."""
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from aidsr.sim.structure import STANDARD_GRAVITY_M_S2
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
@@ -29,7 +30,7 @@ TURN_RAD, TURNED_RAD = np.deg2rad(MOUNT_DEG + 90.0), np.deg2rad(MOUNT_DEG + 85.0
 """Angle of the turn, after which the mount points straight down, and angle from which it counts as turned [rad]."""
 BALL_KG = 0.04
 OFFSET_M, SPREAD_DEG = 0.025, 15.0
-CAUGHT_M, FLOOR_M, GRAVITY_M_S2 = 0.06, 0.05, 9.81
+CAUGHT_M, FLOOR_M = 0.06, 0.05
 KEEP_S = 1.0
 CAUGHT_S = WAIT_S + TURN_S + KEEP_S
 """Time for which a ball is held that is caught when it is due and let go as soon as permitted [s]."""
@@ -139,7 +140,7 @@ class DynamicCatching(Task):
         arrival = speed_m_s * np.array([-np.cos(down) * np.cos(aside), -np.cos(down) * np.sin(aside), -np.sin(down)])
         passes = CAPTURE_M + np.array([-across_m * np.sqrt(0.5), sideways_m, across_m * np.sqrt(0.5)])
         # start of the throw, computed backwards from the capture point; the throw takes one control step
-        fall = np.array([0.0, 0.0, GRAVITY_M_S2 * flight_s])
+        fall = np.array([0.0, 0.0, STANDARD_GRAVITY_M_S2 * flight_s])
         thrown = arrival + fall
         start = passes - flight_s * (arrival + fall / 2) - self.control_dt_s / 2 * thrown
         throw_s = self.control_dt_s * round(rng.uniform(*THROW_S) / self.control_dt_s)
@@ -157,7 +158,7 @@ class DynamicCatching(Task):
         before_s = timing["throw_s"][:, 0] - time_s
         carried, thrown = before_s > -self.control_dt_s / 2, np.abs(before_s) < self.control_dt_s / 2
         push_n = BALL_KG / self.control_dt_s * timing["throw_m_s"] * thrown[:, None]
-        push_n[:, 2] += BALL_KG * GRAVITY_M_S2 * carried
+        push_n[:, 2] += BALL_KG * STANDARD_GRAVITY_M_S2 * carried
         turned = np.clip((time_s - timing["turn_s"][:, 0]) / TURN_S, 0.0, 1.0)
         turn_rad = TURN_RAD * (1.0 - np.cos(np.pi * turned)) / 2
         return {"mount_turn": turn_rad, **{f"throw_{axis}": push_n[:, k] for k, axis in enumerate("xyz")}}

@@ -109,7 +109,7 @@ def environment_facts(environment: str) -> EnvironmentFacts:
             f"{body.name} at ({_numbers(body.position_m)}) m, "
             + (
                 f"moves ({'; '.join(body.joints) or 'with the body that carries it'})"
-                if body.movable
+                if body.joints or body.movable
                 else "cannot move"
             )
             for body in summary.bodies

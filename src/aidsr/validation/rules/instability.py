@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from aidsr.core.artifacts import Fault
-from aidsr.sim.divergence import DivergenceSign
+from aidsr.sim.divergence import MAX_BODY_SPEED_M_S, DivergenceSign
 from aidsr.sim.rollout import TOO_LITTLE_MEMORY, Recording
 from aidsr.validation.curves import SETTLING, make_signal
 from aidsr.validation.divergence_causes import find_cause
@@ -13,7 +13,7 @@ from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
 from aidsr.validation.signals import Signal
 from aidsr.validation.stiffness import explain_divergence
-from aidsr.validation.thresholds import BODY_SPEED_M_S, JOINT_SPEED_RAD_S
+from aidsr.validation.thresholds import JOINT_SPEED_RAD_S
 
 _CURE_FULL = (
     "Let fewer parts touch: exclude neighbours from contact, use fewer geoms; or reserve more with "
@@ -78,7 +78,7 @@ def _signal(robot: RobotUnderTest, fault: Fault) -> Signal | None:
         dofs = [dof for dof in range(robot.model.nv) if int(robot.model.dof_jntid[dof]) in robot.structure.joints]
         by_joint = fault.unit != "m/s" and dofs
         values = recording.fastest[row][:, dofs] if by_joint else recording.speed_m_s[row]
-        unit, limit = ("rad/s", JOINT_SPEED_RAD_S) if by_joint else ("m/s", BODY_SPEED_M_S)
+        unit, limit = ("rad/s", JOINT_SPEED_RAD_S) if by_joint else ("m/s", MAX_BODY_SPEED_M_S)
         curve = {"fastest joint" if by_joint else "fastest body": values[:count].max(axis=1)}
         return make_signal(
             "speed", unit, test, recording.frame_s, curve, (limit,), fault.first_time_s, logarithmic=True
@@ -92,7 +92,7 @@ NUMERICAL_INSTABILITY = Rule(
     finds="A test ends in numbers that are not finite, in a warning of MuJoCo about its state, or faster than anything "
     "real.",
     why="From there on the simulation says nothing about the robot, and a policy learns to exploit it.",
-    limit=f"joints: at most {JOINT_SPEED_RAD_S:g} rad/s; bodies: at most {BODY_SPEED_M_S:g} m/s; not finite, or a "
+    limit=f"joints: at most {JOINT_SPEED_RAD_S:g} rad/s; bodies: at most {MAX_BODY_SPEED_M_S:g} m/s; not finite, or a "
     "warning: never",
     check=find_divergence,
     cure='Use <option integrator="implicitfast" timestep="0.002"/>, joint damping of at least 0.02 s times its '

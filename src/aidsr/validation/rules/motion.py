@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.core.artifacts import Fault
+from aidsr.sim.motion_limits import OVERRUN_DEG
 from aidsr.sim.structure import STANDARD_GRAVITY_M_S2
 from aidsr.validation.curves import SETTLING, battery_of, find_body, limits_of, make_signal
 from aidsr.validation.points import last_quarter
@@ -21,10 +22,9 @@ from aidsr.validation.thresholds import CHATTER_ERROR_G
 CHATTER_WARNING_G = 1.0
 """Root mean square acceleration under constant commands, in standard gravity, above which shaking is a warning. Our
 choice."""
-OVERRUN_ERROR_DEG = 30.0
 OVERRUN_WARNING_DEG = 10.0
-"""Angle of a joint beyond its range under load, above which it is an error or a warning. Limits are soft in MuJoCo, and
-softer for light links. Our choice."""
+"""Angle of a joint beyond its range under load, above which it is a warning; above `OVERRUN_DEG` it is an error. Our
+choice."""
 _HELD_SHARE = 0.1
 """Share of a test during which a joint has to be beyond its range: a light link that swings into its stop swings back.
 Our choice."""
@@ -139,12 +139,12 @@ def _find_overrun_limits(robot: RobotUnderTest) -> Iterator[Fault]:
             if beyond_deg > worst_deg:
                 worst_deg, at = beyond_deg, joint
     if worst_deg > OVERRUN_WARNING_DEG:
-        severe = worst_deg > OVERRUN_ERROR_DEG
+        severe = worst_deg > OVERRUN_DEG
         yield LIMIT_OVERRUN.fault(
             severity="error" if severe else "warning",
             names=(robot.joint(at),),
             measured=worst_deg,
-            limit=OVERRUN_ERROR_DEG if severe else OVERRUN_WARNING_DEG,
+            limit=OVERRUN_DEG if severe else OVERRUN_WARNING_DEG,
             message="pulled past its limit under load",
             likely_cause="limits are soft for light links with the default solreflimit",
         )
@@ -189,7 +189,7 @@ LIMIT_OVERRUN = Rule(
     "through its stop, where a built one would hold.",
     limit=f"hinge beyond its range for {100 * _HELD_SHARE:g} % of a test that does not diverge, the mean where it "
     "shakes: at most "
-    f"{OVERRUN_ERROR_DEG:g} deg; a warning above {OVERRUN_WARNING_DEG:g} deg",
+    f"{OVERRUN_DEG:g} deg; a warning above {OVERRUN_WARNING_DEG:g} deg",
     check=_find_overrun_limits,
     unit="deg beyond its range",
     cure='Set solreflimit="0.004 1" on the joints, or reduce the tendon force.',

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.core.artifacts import Fault
+from aidsr.sim.motion_limits import ENERGY_OF_WEIGHT
 from aidsr.sim.overlap import OVERLAP_NOTICED
 from aidsr.sim.structure import STANDARD_GRAVITY_M_S2
 from aidsr.validation.consequences import SHAKING
@@ -19,8 +20,6 @@ from aidsr.validation.rule import Example, Rule, Stage
 from aidsr.validation.signals import Signal
 from aidsr.validation.stiffness import integration_numbers
 
-ENERGY_GROWTH_SHARE = 0.05
-"""Largest rise of mechanical energy in the passive phase / (m g L). Our choice."""
 DAMPING_RATIO = 0.02
 """Smallest damping ratio of a visible oscillation. Soft bodies with any loss reach 0.05. Our choice."""
 RINGING_SHARE = 0.02
@@ -48,7 +47,7 @@ def _find_energy_growth(robot: RobotUnderTest) -> Iterator[Fault]:
     Source: the energy of a passive mechanism with losses can only decrease.
     """
     yield from _find_negative_damping(robot)
-    model, evidence, limit = robot.model, robot.driven, ENERGY_GROWTH_SHARE
+    model, evidence, limit = robot.model, robot.driven, ENERGY_OF_WEIGHT
     scale = robot.structure.mass_kg * STANDARD_GRAVITY_M_S2 * robot.length_m
     if len(robot.structure.tendon_actuators) < model.nactuator or not robot.settled or scale <= 0:
         return
@@ -109,7 +108,7 @@ def _energy_signal(robot: RobotUnderTest, fault: Fault) -> Signal | None:
     energy = settle.fields["energy"][_WITH_GRAVITY, :good].sum(axis=-1)
     if scale <= 0 or not good:
         return None
-    curve, limits = {"potential and kinetic": (energy - energy[0]) / scale}, (ENERGY_GROWTH_SHARE,)
+    curve, limits = {"potential and kinetic": (energy - energy[0]) / scale}, (ENERGY_OF_WEIGHT,)
     quantity = "rise of mechanical energy"
     return make_signal(quantity, "m g L", SETTLING, settle.frame_s, curve, limits, fault.first_time_s)
 
@@ -120,7 +119,7 @@ ENERGY_GROWTH = Rule(
     finds="The robot gains mechanical energy while nothing drives it, or a damping is negative.",
     why="The energy of a passive mechanism with losses can only fall: a rise is made by the integrator or by a sign.",
     limit="rise of mechanical energy / (m g L), where all actuators are slack tendon actuators: at most "
-    f"{ENERGY_GROWTH_SHARE:g}; damping: at least 0",
+    f"{ENERGY_OF_WEIGHT:g}; damping: at least 0",
     check=_find_energy_growth,
     unit="m g L",
     cure="Raise joint damping, or reduce the time step.",

@@ -13,6 +13,7 @@ from pydantic import Field
 from aidsr.core.artifacts import ActuatorGroup, Robot
 from aidsr.core.formatting import deg, mm, numeral
 from aidsr.sim import beam
+from aidsr.sim.structure import STANDARD_GRAVITY_M_S2
 from aidsr.teams.rules.chain import GUIDE_CLEARANCE_M, Backbone, Cable, Chain, route_cable, uniform, write_chain
 from aidsr.teams.rules.families.family import Description, Family, Is, Parameters, Suits
 from aidsr.teams.rules.job import Job
@@ -243,7 +244,8 @@ def describe(p: GripperParameters, job: Job) -> Description:
         ),
         rationale=(
             f"{low:.1f} to {high:.1f} N a fingertip; with friction 0.9, {numeral(p.fingers)} fingers hold "
-            f"{p.fingers * 0.9 * low / 9.81 * 1000:.0f} g or more by friction alone, and curling under adds to it."
+            f"{p.fingers * 0.9 * low / STANDARD_GRAVITY_M_S2 * 1000:.0f} g or more by friction alone, and curling "
+            "under adds to it."
         ),
     )
 
