@@ -14,6 +14,7 @@ from aidsr.apps.web.live import as_action, live, show_error, working
 from aidsr.apps.web.measure_form import measure_arguments, measure_field
 from aidsr.apps.web.recorded_episodes import Stage, record_probed
 from aidsr.apps.web.site import Site
+from aidsr.apps.web.study_runs import left_to_study
 from aidsr.apps.web.view3d import Episode
 from aidsr.apps.web.widgets import box, button, fact, image, long_text, text
 from aidsr.core.ends import ends_in_words
@@ -81,6 +82,8 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
         with box("notice", role="status"), box("row apart"):
             text(state.doing or "Trying open-loop motions. This takes seconds to minutes.")
             button("Stop", as_action(lambda: site.processes.stop(name)), "danger", "stop")
+        return
+    if left_to_study(site, run, "Its designs are probed by the plan of the study."):
         return
     with box("sheet stack"):
         text("Probe this design", tag="h2")

@@ -16,6 +16,7 @@ from aidsr.apps.web.live import Rows, as_action, live, watch
 from aidsr.apps.web.manual_panel import manual_panel
 from aidsr.apps.web.model_form import budget_from, limit_fields
 from aidsr.apps.web.site import DesignView, Job, RunView, Shown, Site, model_in_words, state_of
+from aidsr.apps.web.study_runs import left_to_study
 from aidsr.apps.web.widgets import (
     badge,
     box,
@@ -188,7 +189,10 @@ def _notes(site: Site, run: Run, noted: _Noted) -> None:
 
 
 def _larger_budget(site: Site, run: Run) -> None:
-    """Offer to resume a run that used up its budget with a larger budget."""
+    """Offer to resume a run that used up its budget with a larger budget; the budget of a study's run is the study's."""
+    used_up = "The budget of this run is used up. To continue, resume the study in a terminal with a larger limit."
+    if left_to_study(site, run, used_up):
+        return
     form: dict[str, Any] = dict(run.budget())
 
     def resume() -> None:

@@ -14,6 +14,7 @@ from aidsr.apps.web.curve import curve_svg
 from aidsr.apps.web.live import as_action, live, show_error, working
 from aidsr.apps.web.recorded_episodes import Stage, record, replay_name, variation_of
 from aidsr.apps.web.site import Site
+from aidsr.apps.web.study_runs import left_to_study
 from aidsr.apps.web.training_form import training_form
 from aidsr.apps.web.view3d import Episode
 from aidsr.apps.web.widgets import badge, box, button, fact, long_text, notice, text
@@ -174,7 +175,7 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
                         "Started by another process (a study or a terminal); stop it there.",
                         "small soft",
                     )
-        else:
+        elif not left_to_study(site, run, "Its policies are trained by the plan of the study."):
             if state.stopped:
                 with box("notice wait", role="status"), box("row apart"):
                     text(state.stopped)
