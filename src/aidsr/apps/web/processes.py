@@ -21,6 +21,7 @@ from pathlib import Path
 from aidsr.core.errors import UserError
 from aidsr.core.progress_lines import ProgressLine, read_progress
 from aidsr.runs.events import at_work
+from aidsr.runs.files import replace_file
 
 _LAST_WORDS = 4000
 """Number of characters shown of a log. Our choice: a traceback fits."""
@@ -28,6 +29,11 @@ _LAST_WORDS = 4000
 _NICENESS = 10
 """Niceness of a process, so that pages stay responsive while it uses all processors. Our choice; 19 is the lowest
 priority."""
+
+
+_STOPPING_S = 70.0
+"""Time after which a process that was asked to end may be asked again [s]. Our choice: a training has 60 s to save its
+progress, and another signal in that time would end it before it has."""
 
 
 @dataclass(frozen=True)
@@ -71,15 +77,28 @@ class Processes:
     def stop(self, name: str) -> bool:
         """Ask a process to end, as Control-C does, and return whether one was running.
 
-        Finished work is kept; starting the process again resumes from there.
+        Finished work is kept; starting the process again resumes from there. A process that is already stopping is left
+        to save its work: another signal would end it at once.
         """
         if not self.is_alive(name) or not self._note(name).exists():
             return False
+        if self.is_stopping(name):
+            return True
+        replace_file(self._asked(name), str(self.pid(name)).encode())
         try:
             os.kill(self.pid(name), signal.SIGTERM)
         except ProcessLookupError:  # it ended just now
             return False
         return True
+
+    def is_stopping(self, name: str) -> bool:
+        """Whether the process of that name was asked to end, by any page, and may still be saving its work."""
+        asked = self._asked(name)
+        try:
+            pid, age_s = asked.read_text(encoding="ascii"), time.time() - asked.stat().st_mtime
+        except FileNotFoundError:
+            return False
+        return age_s < _STOPPING_S and pid == str(self.pid(name)) and self.is_alive(name)
 
     def started_s(self, name: str) -> float:
         """Return when the process of that name was last started [s since 1970]; 0 if it never was."""
@@ -123,6 +142,10 @@ class Processes:
 
     def _note(self, name: str) -> Path:
         return self.folder / f"{name}.json"
+
+    def _asked(self, name: str) -> Path:
+        """Return the file with the id of the process that was last asked to end."""
+        return self.folder / f"{name}.stopping"
 
 
 def _lock(file: int) -> None:

@@ -26,6 +26,7 @@ from aidsr.apps.web.widgets import (
     image,
     long_text,
     notice,
+    stop_button,
     strip,
     text,
     usage_facts,
@@ -57,7 +58,7 @@ def add_run_page(site: Site) -> None:
                 with box("row apart top"):
                     with box("stack tight grow"):
                         live(lambda: site.view(run).shown, partial(_title, view))
-                    live(lambda: (site.view(run).shown, site.is_running(run)), partial(_actions, site, run))
+                    live(partial(_working, site, run), partial(_actions, site, run))
                 live(lambda: site.view(run), _facts)
             live(lambda: _of_note(site, run), partial(_notes, site, run))
             manual_panel(site, run)
@@ -118,8 +119,12 @@ def _facts(view: RunView) -> None:
             fact("seed", str(config.seed))
 
 
-def _actions(site: Site, run: Run, state: tuple[Shown, bool]) -> None:
-    shown, working = state
+def _working(site: Site, run: Run) -> tuple[Shown, bool, bool]:
+    return site.view(run).shown, site.is_running(run), site.processes.is_stopping(run.name)
+
+
+def _actions(site: Site, run: Run, state: tuple[Shown, bool, bool]) -> None:
+    shown, working, is_stopping = state
 
     def stop() -> None:
         if not site.processes.stop(run.name):
@@ -134,7 +139,8 @@ def _actions(site: Site, run: Run, state: tuple[Shown, bool]) -> None:
                 "Resume", as_action(partial(site.resume, run)), "quiet", "play_arrow", "No process is running this run"
             )
         elif shown != "finished":
-            button("Stop", as_action(stop), "danger", "stop", "Stops the run like Control-C; finished work is kept")
+            hint = "Stops the run like Control-C; finished work is kept"
+            stop_button(as_action(stop), is_stopping=is_stopping, hint=hint)
         summary = file_address(run.name, "summary.html")
         button("", lambda: ui.download(summary), "bare", "download", "Download the summary page")
 
@@ -189,7 +195,7 @@ def _notes(site: Site, run: Run, noted: _Noted) -> None:
 
 
 def _larger_budget(site: Site, run: Run) -> None:
-    """Offer to resume a run that used up its budget with a larger budget; the budget of a study's run is the study's."""
+    """Offer to resume a run that used up its budget with a larger budget, unless its study sets it."""
     used_up = "The budget of this run is used up. To continue, resume the study in a terminal with a larger limit."
     if left_to_study(site, run, used_up):
         return
