@@ -162,14 +162,13 @@ class _Noted:
 
 def _of_note(site: Site, run: Run) -> _Noted:
     view = site.view(run)
-    silent = view.shown == "interrupted" or (view.shown == "stopped" and not view.status.stopped)
     return _Noted(
         stopped=view.status.stopped.message if view.status.stopped else "",
         interrupted=view.shown == "interrupted",
         used_up=any(d.status.outcome and d.status.outcome.outcome == "out_of_budget" for d in view.designs),
         at_work=tuple((job, view.design(job.number).status.concept) for job in view.jobs),
         waiting=tuple((d.status.number, d.status.concept) for d in view.designs if d.status.state == "waiting"),
-        output_tail=site.processes.output_tail(run.name) if silent else "",
+        output_tail=site.unexplained_output(run, view),
     )
 
 
@@ -180,8 +179,9 @@ def _notes(site: Site, run: Run, noted: _Noted) -> None:
         with box("notice wait stack tight", role="status"):
             text("No process is running this run: it ended, or the folder comes from another machine.")
             text("“Resume” continues it from its files. Answered calls are not repeated.", "small soft")
-            if noted.output_tail:
-                long_text(noted.output_tail, "last output", "last")
+    if noted.output_tail:
+        text("Output of the last process of this run:", "label")
+        long_text(noted.output_tail, "last output", "last")
     if noted.used_up:
         _larger_budget(site, run)
     for job, concept in noted.at_work:

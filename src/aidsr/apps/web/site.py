@@ -181,6 +181,19 @@ class Site:
         """Whether a process works on a run, started by the web app or in a terminal."""
         return self.processes.is_alive(run.name) or bool(at_work(run.events))
 
+    def unexplained_output(self, run: Run, view: RunView) -> str:
+        """Return the last output of a run's process that ended without recording why; empty otherwise.
+
+        A process that refuses to start, as without a key, records nothing at all.
+        """
+        if view.status.state == "finished" or self.is_running(run):
+            return ""
+        logs = (run.events, *(run.design(each.status.number).events for each in view.designs))
+        last_event_s = max((log.stat().st_mtime for log in logs if log.exists()), default=0.0)
+        refused = self.processes.started_s(run.name) > last_event_s
+        silent = view.shown == "interrupted" or (view.shown == "stopped" and not view.status.stopped)
+        return self.processes.output_tail(run.name) if refused or silent else ""
+
     def refuse_running(self, run: Run) -> None:
         """Refuse an action that is not allowed while a process works on a run.
 
