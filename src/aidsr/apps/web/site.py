@@ -13,6 +13,7 @@ from aidsr.apps.web.processes import Processes
 from aidsr.apps.web.studies import Studies
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import iso_time, task_title
+from aidsr.core.storage_errors import storage_errors
 from aidsr.runs import DesignFolder, DesignStatus, Library, Run, RunStatus, read_status
 from aidsr.runs.events import at_work
 from aidsr.runs.library import fingerprint
@@ -147,7 +148,12 @@ class Site:
 
         Raises:
             UserError: The folder is not a run, or one of its files is damaged.
+            StorageError: A file or folder of the run cannot be read, as without the permission.
         """
+        with storage_errors(run.path):
+            return self._view(run)
+
+    def _view(self, run: Run) -> RunView:
         name, mark = run.name, fingerprint(run)
         known = self._read.get(name)
         if known is None or known[0] != mark:

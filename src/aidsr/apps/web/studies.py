@@ -211,7 +211,7 @@ class Studies:
         found: dict[str, Path] = {}
         without_key: list[tuple[str, Path]] = []
         for path in (*beside, *self._more):
-            if (path / "study.toml").is_file():
+            if _is_study(path):
                 name = path.resolve().name
                 if is_name(name) and name not in found:
                     found[name] = path
@@ -230,6 +230,13 @@ class Studies:
         finally:
             self._read_s = time.monotonic()
             self._reading.release()
+
+
+def _is_study(path: Path) -> bool:
+    try:
+        return (path / "study.toml").is_file()
+    except OSError:  # a folder that may not be read, such as lost+found
+        return False
 
 
 def _view(key: str, path: Path) -> StudyView:
