@@ -73,6 +73,16 @@ def test_a_process_number_alone_is_no_process(tmp_path: Path) -> None:
     assert processes.stop("old") is False
 
 
+@pytest.mark.parametrize("note", ["", "{", "[]", "{}", '{"pid": "x", "command": 3}'])
+def test_a_damaged_note_counts_as_none(tmp_path: Path, note: str) -> None:
+    processes = Processes(tmp_path)
+    (tmp_path / "training.json").write_text(note)
+    with EventLog(tmp_path / "training.log"):  # held as long as the process lives
+        assert (processes.command("training"), processes.pid("training")) == ((), None)
+        assert processes.stop("training") is False
+        assert processes.is_stopping("training") is False
+
+
 def test_a_run_at_work_in_a_terminal_is_known_and_not_ours_to_stop(tmp_path: Path) -> None:
     run = made_run(tmp_path, waiting=True)
     site = Site.at(tmp_path)

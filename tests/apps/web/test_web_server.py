@@ -7,7 +7,7 @@ from urllib.request import urlopen
 import pytest
 from browser import Server
 
-from aidsr.apps.web.server import serve
+from aidsr.apps.web.server import _secret, serve
 from aidsr.core.directory_lock import DirectoryLock
 from aidsr.core.errors import UserError
 
@@ -38,6 +38,17 @@ def test_web_apps_over_different_folders_keep_their_own_sessions(tmp_path: Path)
             names.append(page.headers["set-cookie"].partition("=")[0])
     assert names[0] != names[1]
     assert all(name.startswith("aidsr_session_") for name in names)
+
+
+@pytest.mark.parametrize("left", [None, ""])
+def test_the_key_of_cookies_is_made_where_there_is_none(tmp_path: Path, left: str | None) -> None:
+    path = tmp_path / "secret"
+    if left is not None:
+        path.write_text(left)
+        path.chmod(0o600)
+    key = _secret(path)
+    assert len(key) == 64
+    assert (_secret(path), path.stat().st_mode & 0o777) == (key, 0o600)
 
 
 @pytest.mark.parametrize("token", ["", "short"])

@@ -26,6 +26,7 @@ from aidsr.apps.web.site import Site
 from aidsr.core.directory_lock import DirectoryLock
 from aidsr.core.errors import UserError
 from aidsr.core.storage_errors import storage_errors
+from aidsr.runs.files import replace_file
 
 
 def serve(
@@ -149,9 +150,7 @@ def build(runs: Path, studies: Sequence[Path] = (), *, hosts: frozenset[str] = L
 
 def _secret(path: Path) -> str:
     """Return the key that signs cookies, kept in a file so that visitors stay signed in after a restart."""
-    try:
-        return path.read_text(encoding="ascii")
-    except FileNotFoundError:
+    if not path.exists() or not path.stat().st_size:  # a server that was killed may have left it empty
         path.touch(mode=0o600)
-        path.write_text(secrets.token_hex(32), encoding="ascii")
-        return path.read_text(encoding="ascii")
+        replace_file(path, secrets.token_hex(32).encode("ascii"))
+    return path.read_text(encoding="ascii")
