@@ -40,8 +40,8 @@ from aidsr.learn.rl.policy import without_critics
 from aidsr.learn.rl.recipe import PROTOCOLS, Recipe
 from aidsr.learn.rl.training_folder import TrainingFolder
 from aidsr.runs.files import replace_file
-from aidsr.studies.jobs import training_folder_of
 from aidsr.studies.outcomes import DesignRow, read_outcomes
+from aidsr.studies.planned import training_folder_of
 from aidsr.studies.pool import LocalPool
 from aidsr.studies.runner import Progress, run_study
 from aidsr.studies.study import Arm, Cell, Study, StudyPlan, create_study, versions_now

@@ -15,8 +15,8 @@ from pathlib import Path
 from statistics import fmean
 
 from aidsr.core.config import BUDGET_STEPS
-from aidsr.studies.jobs import training_folder_of
 from aidsr.studies.outcomes import DesignRow, read_outcomes
+from aidsr.studies.planned import training_folder_of
 from aidsr.studies.study import Study, open_study
 from aidsr.studies.tables import PAPER
 from aidsr.tasks import TASKS_IN_SAMPLE

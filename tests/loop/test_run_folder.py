@@ -12,7 +12,8 @@ from aidsr.loop.human import DecisionFile
 from aidsr.loop.runner import run_designs
 from aidsr.runs import LAYOUT, Run, RunRecord, write_summary
 from aidsr.runs.events import Waiting
-from aidsr.studies.jobs import VERIFIED, training_folder_of
+from aidsr.studies.jobs import VERIFIED
+from aidsr.studies.planned import training_folder_of
 from scripted import Script, Scripted, brief, new_run, parts
 
 

@@ -18,7 +18,7 @@ from typing import Any, Literal
 import av
 import numpy as np
 import pytest
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 from rich.console import Console
 
 from aidsr.apps.cli import main
@@ -27,12 +27,13 @@ from aidsr.core.artifacts import EpisodeResult, Evaluation, Fault, MeanAction, P
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
 from aidsr.learn.openloop import probe
-from aidsr.learn.rl.recipe import Recipe
+from aidsr.learn.rl.recipe import Recipe, recipe_of
 from aidsr.studies.arms import make_plan
 from aidsr.studies.estimate import estimate_study
 from aidsr.studies.gallery import gallery
-from aidsr.studies.jobs import Job, pending_in, run_job, training_folder_of
+from aidsr.studies.jobs import Job, pending_in, run_job
 from aidsr.studies.outcomes import DesignRow, read_outcomes, read_repairs
+from aidsr.studies.planned import training_folder_of
 from aidsr.studies.plots import cost_and_success
 from aidsr.studies.pool import EndedJob, LocalPool
 from aidsr.studies.report import write_report
@@ -41,6 +42,7 @@ from aidsr.studies.statistics import bootstrap_mean
 from aidsr.studies.study import Arm, Study, StudyPlan, create_study, open_study
 from aidsr.studies.submission import Submission, read_submission, submit, with_hash
 from aidsr.studies.tables import arm_lines, differences, line_of
+from aidsr.tasks import BENCHMARK_VERSION
 
 TASK = "reaching/button_pushing"
 
@@ -301,6 +303,67 @@ def test_a_row_knows_how_many_policies_its_plan_asks_for(finished: Study, tmp_pa
     assert read_submission(tmp_path / "s.json").designs == read_outcomes(study)
     with pytest.raises(UserError, match="an older version wrote it"):
         read_submission(tmp_path / "earlier.json")
+
+
+@pytest.mark.parametrize(
+    ("changed", "differing"),
+    [
+        ({}, ""),
+        ({"task": "locomotion/gap"}, "task"),
+        ({"level": "hard"}, "level"),
+        ({"steps": 4000}, "steps"),
+        ({"seed": 3}, "seed"),
+        ({"minutes": 5.0}, "minutes"),
+        ({"recipe": recipe_of("paper")}, "algorithm"),
+        ({"recipe": recipe_of("best", smoothing=0.5)}, "smoothing"),
+        ({"recipe": recipe_of("best", script="a: 1")}, "script"),
+        ({"recipe": recipe_of("best").model_copy(update={"script": "a: 1"})}, ""),  # learning did not beat a motion
+    ],
+)
+def test_a_policy_that_is_not_by_the_plan_does_not_count(
+    changed: dict[str, object], differing: str, finished: Study, tmp_path: Path
+) -> None:
+    study = Study(Path(shutil.copytree(finished.path, tmp_path / "s")), plan(seeds=1, steps=20_000))
+    folder = training_folder_of(study.run(next(study.cells)).design(1), 0)
+    folder.mkdir(parents=True)
+    config = {"task": TASK, "level": "standard", "steps": 20_000, "seed": 0, "recipe": recipe_of("best"), **changed}
+    (folder / "config.json").write_bytes(TypeAdapter(dict[str, Any]).dump_json(config))
+    (folder / "evaluation.json").write_text(evaluation(100, of=100).model_dump_json())
+    (folder / "training.json").write_text('{"steps": 20000, "wall_s": 60.0}')
+    row, _ = read_outcomes(study)
+    assert (row.complete, len(row.evaluations), row.steps) == ((False, 0, 0) if differing else (True, 1, 20_000))
+    asked = [job for job in pending(study) if job.cell == next(study.cells)]
+    assert [job.stage for job in asked] == ["train"] * bool(differing)
+    if differing:
+        (study.path / "study.toml").unlink()
+        create_study(study.path, study.plan)
+        with pytest.raises(UserError, match=rf"001 is not by the plan of the study: it differs in {differing}; move"):
+            run_job(study.path, asked[0])
+
+
+@pytest.mark.parametrize(
+    ("changed", "counts"),
+    [
+        ({}, True),
+        ({"task": "locomotion/gap"}, False),
+        ({"level": "hard"}, False),
+        ({"max_steps": 5_000_000}, False),
+        ({"max_steps": 7, "benchmark_version": BENCHMARK_VERSION - 1}, True),  # its defaults may have been others
+        ({"seed": 1}, False),
+    ],
+)
+def test_a_probe_that_is_not_by_the_plan_does_not_count(
+    changed: dict[str, object], counts: bool, finished: Study, tmp_path: Path
+) -> None:
+    study = Study(Path(shutil.copytree(finished.path, tmp_path / "s")), plan(probe=True))
+    design = study.run(next(study.cells)).design(1)
+    report = {"task": TASK, "level": "standard", "seed": 0, "max_steps": 300_000, "progress": 0.5}
+    report |= {"benchmark_version": BENCHMARK_VERSION, **changed}
+    (design.path / "probe.json").write_text(json.dumps(report))
+    row, _ = read_outcomes(study)
+    assert row.probe_progress == (0.5 if counts else None)
+    asked = [job for job in pending(study) if job.cell == next(study.cells)]
+    assert [job.stage for job in asked] == ([] if counts else ["probe"])
 
 
 def test_what_is_still_to_be_judged_is_no_difference() -> None:

@@ -10,7 +10,8 @@ from aidsr.core.config import RunConfig
 from aidsr.runs import DesignFolder
 from aidsr.runs.origin import MARK
 from aidsr.studies.cluster import pack, run_packed_job, unpack
-from aidsr.studies.jobs import VERIFIED, Job, output_of_job, run_job, training_folder_of
+from aidsr.studies.jobs import VERIFIED, Job, output_of_job, run_job
+from aidsr.studies.planned import training_folder_of
 from aidsr.studies.study import Arm, Study, StudyPlan, create_study
 
 PLAN = StudyPlan(

@@ -304,9 +304,11 @@ def read_events(path: Path) -> tuple[Event, ...]:
 
     Raises:
         UserError: A complete line is not an event.
+        StorageError: The file cannot be read, as without the permission.
     """
     try:
-        content = path.read_bytes()
+        with storage_errors(path):
+            content = path.read_bytes()
     except FileNotFoundError:
         return ()
     events = []

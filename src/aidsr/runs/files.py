@@ -90,9 +90,14 @@ class BytesFile:
     path: Path
 
     def read(self) -> bytes | None:
-        """Return the bytes, or None if the file does not exist."""
+        """Return the bytes, or None if the file does not exist.
+
+        Raises:
+            StorageError: The file cannot be read, as without the permission.
+        """
         try:
-            return self.path.read_bytes()
+            with storage_errors(self.path):
+                return self.path.read_bytes()
         except FileNotFoundError:
             return None
 
@@ -125,10 +130,10 @@ class JsonFile(Generic[Value]):
 
         Raises:
             UserError: The file does not contain a valid artifact of this kind.
+            StorageError: The file cannot be read, as without the permission.
         """
-        try:
-            content = self.path.read_bytes()
-        except FileNotFoundError:
+        content = BytesFile(self.path).read()
+        if content is None:
             return None
         return _valid(self.path, lambda: TypeAdapter(self.kind).validate_json(content))
 

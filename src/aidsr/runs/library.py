@@ -108,20 +108,24 @@ def fingerprint(run: Run) -> tuple[tuple[str, int, int], ...]:
 
 def _is_run(path: Path) -> bool:
     file = path / "run.json"
-    return file.is_file() and not file.is_symlink()
+    try:
+        return file.is_file() and not file.is_symlink()
+    except OSError:  # a folder that may not be read, such as lost+found
+        return False
 
 
 def _mark(path: Path) -> tuple[str, int, int] | None:
     try:
         found = path.stat()
-    except FileNotFoundError:  # deleted since it was listed
+    except OSError:  # deleted since it was listed, or not readable
         return None
     return str(path), found.st_mtime_ns, found.st_size
 
 
 def _begun(path: Path) -> tuple[datetime, str]:
     """Return when a run was created, from its record or else the time of run.json, and the folder's name for ties."""
-    written = datetime.fromtimestamp((path / "run.json").stat().st_mtime).astimezone()
+    mark = _mark(path / "run.json")
+    written = datetime.fromtimestamp(mark[1] / 1e9 if mark else 0.0).astimezone()
     try:
         record = Run(path).record.read()
         return (datetime.fromisoformat(record.started).astimezone() if record else written), path.name

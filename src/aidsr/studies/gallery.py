@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from aidsr.runs import DesignFolder
 from aidsr.runs.trainings import Training
-from aidsr.studies.jobs import training_folder_of
 from aidsr.studies.outcomes import DesignRow
+from aidsr.studies.planned import planned_seeds, training_folder_of
 from aidsr.studies.study import Study
 
 _CARDS = 3
@@ -40,9 +40,11 @@ def gallery(study: Study, rows: Sequence[DesignRow]) -> tuple[Card, ...]:
     for task in dict.fromkeys(row.task for row in rows):
         own = [row for row in rows if row.task == task and row.stable]
         for row in sorted(own, key=_rank, reverse=True)[:_CARDS]:
-            run = study.run(cells[row.arm, row.task, row.run])
-            trained = _best_policy(run.design(row.design), study.plan.seeds) if run else None
-            url = _strip(run.design(row.design), trained) if run else ""
+            cell = cells[row.arm, row.task, row.run]
+            run = study.run(cell)
+            design = run.design(row.design) if run else None
+            trained = _best_policy(design, planned_seeds(study, cell, design)) if design else None
+            url = _strip(design, trained) if design else ""
             what = f"{row.family}, {row.arm}, run {row.run}.{row.design}"
             if url:
                 cards.append(Card(url, task, what, _how_well(row), trained / "best.npz" if trained else None))
@@ -60,12 +62,12 @@ def _how_well(row: DesignRow) -> str:
     return f"{word}, {100 * row.episodes_share:.0f} % of episodes won"
 
 
-def _best_policy(design: DesignFolder, seeds: int) -> Path | None:
+def _best_policy(design: DesignFolder, seeds: Iterable[int]) -> Path | None:
     """Return the training folder of a design's best policy with a recorded motion; None where there is none.
 
     The folder also has a video if OpenGL was available.
     """
-    trainings = (Training(training_folder_of(design, seed)) for seed in range(seeds))
+    trainings = (Training(training_folder_of(design, seed)) for seed in seeds)
     found = [
         (verdict.valid, verdict.success_share, training.path)
         for training in trainings

@@ -8,7 +8,7 @@ machine.
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Literal, Self, get_args
@@ -22,6 +22,15 @@ from aidsr.loop.runner import run_designs
 from aidsr.runs import DesignFolder, Run, read_status
 from aidsr.runs.files import JsonFile
 from aidsr.runs.origin import MARK, mark_as_ours
+from aidsr.studies.planned import (
+    PROBE_SEED,
+    planned_recipe,
+    read_probe,
+    robot_of,
+    training_folder_of,
+    unplanned_probe,
+    unplanned_settings,
+)
 from aidsr.studies.study import Cell, Study, open_study
 from aidsr.tasks import load_task
 from aidsr.validation import validate
@@ -81,9 +90,10 @@ def pending_in(study: Study, cell: Cell) -> Iterator[Job]:
         if not (design.path / VERIFIED).exists():
             yield Job(cell, "verify", design.number)
         for seed in range(study.plan.seeds):
-            if not (training_folder_of(design, seed) / "evaluation.json").exists():
+            judged = (training_folder_of(design, seed) / "evaluation.json").exists()
+            if not judged or unplanned_settings(study, cell, design, seed):
                 yield Job(cell, "train", design.number, seed)
-        if study.plan.probe and not (design.path / "probe.json").exists():
+        if study.plan.probe and (not read_probe(design) or unplanned_probe(study, cell, design)):
             yield Job(cell, "probe", design.number)
 
 
@@ -111,11 +121,6 @@ def exhausted_limits(run: Run) -> tuple[Limit, ...]:
 VERIFIED = "verified.json"
 """File with the report of a separate validation of the final scene: runs of the method without validation have no
 other report."""
-
-
-def training_folder_of(design: DesignFolder, seed: int) -> Path:
-    """Return the training folder of a design's policy; 001 belongs to seed 0."""
-    return design.path / "training" / f"{seed + 1:03d}"
 
 
 def output_of_job(study: Study, job: Job) -> Path:
@@ -234,14 +239,11 @@ def _verify(study: Study, job: Job) -> None:
 
 
 def _train(study: Study, job: Job) -> None:
-    from aidsr.learn.rl.recipe import recipe_of
-
     design, arm = _design_of(study, job), study.arm(job.cell.arm)
-    robot = next(robot for it in design.leading_to() if (robot := it.robot.read()))
-    scene = DesignedScene(design.final_scene.path, job.cell.task, study.plan.level, robot.actuator_groups, design.path)
+    groups = robot_of(design).actuator_groups
+    scene = DesignedScene(design.final_scene.path, job.cell.task, study.plan.level, groups, design.path)
     folder = training_folder_of(design, job.seed)
-    script = robot.script if study.plan.protocol == "best" else ""
-    recipe = recipe_of(study.plan.protocol, from_probe=arm.from_probe, script=script)
+    _refuse_unplanned(folder, unplanned_settings(study, job.cell, design, job.seed))
     train_policy(
         scene,
         folder.parent,
@@ -249,7 +251,7 @@ def _train(study: Study, job: Job) -> None:
         number=folder.name,
         steps=study.plan.steps,
         seed=job.seed,
-        recipe=recipe,
+        recipe=planned_recipe(study, job.cell, design),
         threads=1,
     )
     evaluate(folder, threads=1, perturbed="successful" if study.plan.perturbed else False)
@@ -259,16 +261,30 @@ def _probe(study: Study, job: Job) -> None:
     from aidsr.learn.openloop import ProbeReport, probe
 
     design = _design_of(study, job)
-    robot = next(robot for it in design.leading_to() if (robot := it.robot.read()))
+    _refuse_unplanned(design.path / "probe.json", unplanned_probe(study, job.cell, design))
     report = probe(
         design.final_scene.path,
         job.cell.task,
         level=study.plan.level,
-        groups=robot.actuator_groups,
+        groups=robot_of(design).actuator_groups,
         grouping=study.arm(job.cell.arm).grouping,
+        seed=PROBE_SEED,
         threads=1,
     )
     JsonFile(design.path / "probe.json", ProbeReport).write(report)
+
+
+def _refuse_unplanned(made: Path, differing: Sequence[str]) -> None:
+    """Refuse to work where another command left a result with other settings than the plan's.
+
+    Raises:
+        UserError: There is such a result.
+    """
+    if differing:
+        raise UserError(
+            f"{made} is not by the plan of the study: it differs in {', '.join(differing)}; move or delete it, and "
+            "resume the study"
+        )
 
 
 def _design_of(study: Study, job: Job) -> DesignFolder:

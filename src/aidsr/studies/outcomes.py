@@ -14,7 +14,8 @@ from aidsr.core.calls import Count, Usage
 from aidsr.runs import DesignFolder, read_status
 from aidsr.runs.files import JsonFile
 from aidsr.runs.trainings import Training
-from aidsr.studies.jobs import VERIFIED, exhausted_limits, training_folder_of
+from aidsr.studies.jobs import VERIFIED, exhausted_limits
+from aidsr.studies.planned import planned_seeds, read_probe, training_folder_of, unplanned_probe
 from aidsr.studies.study import Cell, Study
 
 
@@ -146,7 +147,8 @@ def _rows_of(study: Study, cell: Cell) -> Iterator[DesignRow]:
         if outcome == "out_of_budget" and exhausted_limits(run):  # stopped by the study's limit, so it can resume
             outcome = "unfinished"
         verified = JsonFile(folder.path / VERIFIED, ValidationReport).read()
-        judged = dict(_evaluations(folder, study.plan.seeds))
+        planned = planned_seeds(study, cell, folder)
+        judged, results = dict(_evaluations(folder, planned)), _results(folder, planned)
         yield DesignRow(
             **named,
             family=state.family,
@@ -157,14 +159,14 @@ def _rows_of(study: Study, cell: Cell) -> Iterator[DesignRow]:
             verified=verified is not None,
             stable=bool(verified and verified.stable),
             evaluations=tuple(judged.values()),
-            steps=sum(int(result["steps"]) for result in _results(folder, study.plan.seeds)),
-            resumed=sum(bool(result.get("resumed")) for result in _results(folder, study.plan.seeds)),
+            steps=sum(int(result["steps"]) for result in results),
+            resumed=sum(bool(result.get("resumed")) for result in results),
             motions=sum(
                 each.successful and Training(training_folder_of(folder, seed)).plays_the_motion
                 for seed, each in judged.items()
             ),
-            training_s=sum(float(result["wall_s"]) for result in _results(folder, study.plan.seeds)),
-            probe_progress=_probed(folder),
+            training_s=sum(float(result["wall_s"]) for result in results),
+            probe_progress=_probed(study, cell, folder),
             usage=state.usage,
             latency_s=state.latency_s,
             iterations=state.iteration,
@@ -226,21 +228,19 @@ def _changed(concept: bool, robot: bool) -> str:
     return "robot" if robot else "placement"
 
 
-def _evaluations(design: DesignFolder, seeds: int) -> Iterator[tuple[int, Evaluation]]:
+def _evaluations(design: DesignFolder, seeds: Iterable[int]) -> Iterator[tuple[int, Evaluation]]:
     """Yield the seed and the evaluation of each policy that was evaluated."""
-    for seed in range(seeds):
+    for seed in seeds:
         found = JsonFile(training_folder_of(design, seed) / "evaluation.json", Evaluation).read()
         if found is not None:
             yield seed, found
 
 
-def _results(design: DesignFolder, seeds: int) -> Sequence[dict[str, float]]:
-    files = (
-        JsonFile(training_folder_of(design, seed) / "training.json", dict[str, object]).read() for seed in range(seeds)
-    )
+def _results(design: DesignFolder, seeds: Iterable[int]) -> Sequence[dict[str, float]]:
+    files = (JsonFile(training_folder_of(design, seed) / "training.json", dict[str, object]).read() for seed in seeds)
     return [found for found in files if found is not None]  # type: ignore[misc]
 
 
-def _probed(design: DesignFolder) -> float | None:
-    found = JsonFile(design.path / "probe.json", dict[str, object]).read()
-    return float(found["progress"]) if found else None  # type: ignore[arg-type]
+def _probed(study: Study, cell: Cell, design: DesignFolder) -> float | None:
+    found = read_probe(design)
+    return float(found["progress"]) if found and not unplanned_probe(study, cell, design) else None

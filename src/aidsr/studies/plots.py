@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from aidsr.core.formatting import task_title
 from aidsr.core.plots import CURVES, SOFT, svg_plot
 from aidsr.runs.trainings import Training, read_curve, without_tests
-from aidsr.studies.jobs import training_folder_of
 from aidsr.studies.outcomes import DesignRow
+from aidsr.studies.planned import planned_seeds, training_folder_of
 from aidsr.studies.study import Study
 from aidsr.studies.tables import PAPER, ArmLine, Line
 
@@ -53,10 +52,12 @@ def curves_of_task(study: Study, rows: Sequence[DesignRow]) -> str:
     cells = {(cell.arm, cell.task, cell.number): cell for cell in study.cells}
     curves: list[tuple[str, list[tuple[float, float]]]] = []
     for row in rows:
-        run = study.run(cells[row.arm, row.task, row.run])
-        for seed in range(study.plan.seeds if run else 0):
-            folder = training_folder_of(run.design(row.design), seed) if run else Path()
-            curve, _ = without_tests(Training(folder), read_curve(Training(folder)))
+        cell = cells[row.arm, row.task, row.run]
+        run = study.run(cell)
+        design = run.design(row.design) if run else None
+        folders = [training_folder_of(design, seed) for seed in planned_seeds(study, cell, design)] if design else []
+        for training in map(Training, folders):
+            curve, _ = without_tests(training, read_curve(training))
             points = [(point.steps / 1000, point.progress) for point in curve if point.progress is not None]
             if points:
                 curves.append((arms[row.arm], points))

@@ -123,6 +123,21 @@ def test_a_token_is_asked_for_once_and_kept_in_a_cookie() -> None:
     assert status(guard, {"host": "lab.example", "cookie": cookie.partition(";")[0]}) == 200
 
 
+def test_two_web_apps_of_one_host_have_cookies_of_their_own() -> None:
+    token = "correct-horse-battery"
+    guards = [Guard(reached, hosts=frozenset(), token=token, cookie=f"aidsr_token_{name}") for name in ("a", "b")]
+    host = {"host": "lab.example"}
+    cookies = [
+        dict(ask(guard, host, method="POST", path="/sign-in", body=f"token={token}".encode())[0]["headers"])[
+            b"set-cookie"
+        ].decode()
+        for guard in guards
+    ]
+    assert [cookie.partition("=")[0] for cookie in cookies] == ["aidsr_token_a", "aidsr_token_b"]
+    both = "; ".join(cookie.partition(";")[0] for cookie in cookies)
+    assert [status(guard, {**host, "cookie": both}) for guard in guards] == [200, 200]
+
+
 @pytest.mark.parametrize(
     "token",
     [

@@ -73,6 +73,16 @@ def test_a_process_number_alone_is_no_process(tmp_path: Path) -> None:
     assert processes.stop("old") is False
 
 
+@pytest.mark.parametrize("note", ["", "{", "[]", "{}", '{"pid": "x", "command": 3}'])
+def test_a_damaged_note_counts_as_none(tmp_path: Path, note: str) -> None:
+    processes = Processes(tmp_path)
+    (tmp_path / "training.json").write_text(note)
+    with EventLog(tmp_path / "training.log"):  # held as long as the process lives
+        assert (processes.command("training"), processes.pid("training")) == ((), None)
+        assert processes.stop("training") is False
+        assert processes.is_stopping("training") is False
+
+
 def test_a_run_at_work_in_a_terminal_is_known_and_not_ours_to_stop(tmp_path: Path) -> None:
     run = made_run(tmp_path, waiting=True)
     site = Site.at(tmp_path)
@@ -81,3 +91,26 @@ def test_a_run_at_work_in_a_terminal_is_known_and_not_ours_to_stop(tmp_path: Pat
     with EventLog(run.events):
         assert site.is_running(run)
         assert site.processes.stop(run.path.name) is False
+
+
+def test_a_process_that_is_saving_its_work_is_not_asked_again_to_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = list[int]()
+    monkeypatch.setattr(os, "kill", lambda pid, kind: asked.append(pid) if kind else None)
+    first, other_tab = Processes(tmp_path), Processes(tmp_path)
+    (tmp_path / "training.json").write_text('{"pid": 7}')
+    with EventLog(tmp_path / "training.log"):  # held as long as the process lives
+        assert not other_tab.is_stopping("training")
+        assert (first.stop("training"), other_tab.stop("training"), first.stop("training")) == (True, True, True)
+        assert asked == [7]
+        assert other_tab.is_stopping("training")
+        (tmp_path / "training.json").write_text('{"pid": 8}')
+        assert not first.is_stopping("training"), "another process was started since"
+        assert first.stop("training")
+        assert asked == [7, 8]
+        long_ago_s = time.time() - 71
+        os.utime(tmp_path / "training.stopping", (long_ago_s, long_ago_s))
+        assert first.stop("training")
+        assert asked == [7, 8, 8], "one that does not end is asked again"
+    assert not first.is_stopping("training")

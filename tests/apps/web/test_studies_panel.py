@@ -122,6 +122,29 @@ def test_a_report_is_shown_where_it_can_do_no_harm(tmp_path: Path) -> None:
     assert visitor.get("/studies/../report").status_code == 404
 
 
+def test_a_report_that_is_a_link_is_refused(tmp_path: Path) -> None:
+    runs, elsewhere = tmp_path / "runs", tmp_path / "private.html"
+    study = made_study(runs / "first")
+    elsewhere.write_text("a secret")
+    (study.path / "report.html").symlink_to(elsewhere)
+    with pytest.raises(UserError, match=r"holds a link: report\.html"):
+        studies_in(runs).report("first")
+    application = FastAPI()
+    application.include_router(routes(Site.at(runs)))
+    assert TestClient(application).get("/studies/first/report").status_code == 404
+
+
+def test_a_run_of_a_study_behind_a_link_is_refused(tmp_path: Path) -> None:
+    study = made_study(tmp_path / "first")
+    (begun, _) = Site.at(tmp_path).studies.view("first").cells
+    arm, moved = study.path / "runs" / "builtin", tmp_path / "moved"
+    arm.rename(moved)
+    arm.symlink_to(moved)
+    (study.path / "touched").write_text("")  # what a process has checked, it checks again after a change
+    with pytest.raises(UserError, match="holds a link: runs/builtin"):
+        Site.at(tmp_path).run(begun.name)
+
+
 def test_the_runs_of_a_study_have_names_of_their_own(tmp_path: Path) -> None:
     made_study(tmp_path / "first")
     site = Site.at(tmp_path)

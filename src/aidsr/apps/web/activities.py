@@ -6,7 +6,7 @@ import contextlib
 import threading
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import Literal
 
@@ -38,6 +38,8 @@ class Activity:
     """Estimated remaining time [s], from its present speed or the duration of earlier designs; None where unknown."""
     process: str = ""
     """Name of the process to stop; empty where the web app cannot stop it."""
+    is_stopping: bool = False
+    """Whether that process was asked to end."""
 
     @property
     def waits(self) -> bool:
@@ -66,9 +68,13 @@ class Activities:
                 usual, now = usual_s(views), datetime.now(UTC)
                 found = [activity for view in views for activity in self._of(view, left_s(view, usual, now))]
                 found += self._studies()
+                found = [replace(each, is_stopping=self._is_stopping(each.process)) for each in found]
                 self._known = tuple(sorted(found, key=lambda activity: not activity.waits))
                 self._read_s = time.monotonic()
             return self._known
+
+    def _is_stopping(self, process: str) -> bool:
+        return bool(process) and self._site.processes.is_stopping(process)
 
     def _views(self) -> Iterator[RunView]:
         for run in self._site.library.runs():

@@ -11,7 +11,7 @@ from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import Rows, as_action, watch
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.studies_panel import studies_panel
-from aidsr.apps.web.widgets import box, button, clock, notice, text
+from aidsr.apps.web.widgets import box, button, clock, notice, stop_button, text
 from aidsr.core.errors import AidsrError, UserError
 from aidsr.core.formatting import format_duration, format_share
 
@@ -80,4 +80,4 @@ def _row(site: Site, activity: Activity) -> None:
             clock(activity.since)
     with box("stop", "td"):
         if activity.process:
-            button("Stop", as_action(stop), "danger", "stop")
+            stop_button(as_action(stop), is_stopping=activity.is_stopping)

@@ -14,7 +14,7 @@ from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import as_action, live
 from aidsr.apps.web.run_page import cannot_open
 from aidsr.apps.web.site import Site
-from aidsr.apps.web.widgets import box, button, clock, long_text, notice, text
+from aidsr.apps.web.widgets import box, button, clock, long_text, notice, stop_button, text
 from aidsr.core.errors import AidsrError
 from aidsr.core.extras import missing_extra
 from aidsr.core.formatting import iso_time
@@ -40,6 +40,7 @@ class State:
     trained: bool
     since: str = ""
     """Start time of the running process, ISO 8601; empty where none is running."""
+    is_stopping: bool = False
     output_tail: str = ""
     """Last output of a process that ended without an export."""
     verdict: Verdict | None = None
@@ -83,7 +84,8 @@ def read_export(site: Site, run: Run, design: DesignFolder) -> State:
     trained = any(one.result.path.exists() for one in trainings_of(design))
     approved, started_s = design.final_robot.path.exists(), site.processes.started_s(name)
     if site.processes.is_alive(name):
-        return State(missing, approved, trained, since=iso_time(started_s))
+        is_stopping = site.processes.is_stopping(name)
+        return State(missing, approved, trained, since=iso_time(started_s), is_stopping=is_stopping)
     folder = design.path / "export"
     mark = folder / MARK
     written_s = mark.stat().st_mtime if mark.exists() else 0.0
@@ -108,7 +110,7 @@ def draw_export(site: Site, run: Run, design: DesignFolder, state: State) -> Non
             with box("row"):
                 text("Creating parts, checking them, and simulating the built robot. This takes about 20 seconds.")
                 clock(state.since)
-            button("Stop", as_action(lambda: site.processes.stop(name)), "danger", "stop")
+            stop_button(as_action(lambda: site.processes.stop(name)), is_stopping=state.is_stopping)
         return
     if state.output_tail:
         notice("The last export made no parts. Its output:", "bad")

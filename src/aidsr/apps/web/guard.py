@@ -24,7 +24,6 @@ LOOPBACK = frozenset({"127.0.0.1", "localhost", "[::1]"})
 """Host names of the loopback interface."""
 MAX_BODY_BYTES = 4_000_000
 """Maximum size of a request body. Our choice: above the largest file that `aidsr.apps.web.upload` accepts."""
-_COOKIE = "aidsr_token"
 _SIGN_IN = "/sign-in"
 _HEADERS = (
     (b"x-content-type-options", b"nosniff"),
@@ -74,11 +73,14 @@ class Guard:
         app: The protected application.
         hosts: Host names, in lower case and without port, under which the web app may be reached; empty for any.
         token: Secret that a browser must have presented once; empty where none is needed.
+        cookie: Name of the cookie that says so. Browsers send it to all ports of a host, so each web app has its own
+            name.
     """
 
     app: ASGIApp
     hosts: frozenset[str] = LOOPBACK
     token: str = ""
+    cookie: str = "aidsr_token"
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass allowed requests on, and refuse the rest."""
@@ -120,7 +122,7 @@ class Guard:
         if not self.token:
             return True
         try:
-            cookie = SimpleCookie(headers.get("cookie", "")).get(_COOKIE)
+            cookie = SimpleCookie(headers.get("cookie", "")).get(self.cookie)
         except CookieError:
             return False
         return cookie is not None and hmac.compare_digest(cookie.value.encode(), self._mark().encode())
@@ -135,7 +137,7 @@ class Guard:
         if not hmac.compare_digest(shown.encode(), self.token.encode()):
             await _refuse(scope, receive, send, Refusal(401, _WRONG_TOKEN if scope["method"] == "POST" else ""))
             return
-        cookie = f"{_COOKIE}={self._mark()}; HttpOnly; SameSite=Strict; Path=/".encode()
+        cookie = f"{self.cookie}={self._mark()}; HttpOnly; SameSite=Strict; Path=/".encode()
         await send(
             {"type": "http.response.start", "status": 303, "headers": [(b"location", b"/"), (b"set-cookie", cookie)]}
         )

@@ -14,8 +14,9 @@ from aidsr.apps.web.live import as_action, live, show_error, working
 from aidsr.apps.web.measure_form import measure_arguments, measure_field
 from aidsr.apps.web.recorded_episodes import Stage, record_probed
 from aidsr.apps.web.site import Site
+from aidsr.apps.web.study_runs import left_to_study
 from aidsr.apps.web.view3d import Episode
-from aidsr.apps.web.widgets import box, button, fact, image, long_text, text
+from aidsr.apps.web.widgets import box, button, fact, image, long_text, stop_button, text
 from aidsr.core.ends import ends_in_words
 from aidsr.core.errors import UserError
 from aidsr.runs import DesignFolder, Run
@@ -39,6 +40,7 @@ class _State:
     """Time at which the report was written [ns]; 0 while there is none."""
     output_tail: str
     """Last output of a probe that ended without a report; empty otherwise."""
+    is_stopping: bool
 
 
 def probe_panel(site: Site, run: Run, design: DesignFolder, stage: Stage) -> None:
@@ -62,7 +64,8 @@ def _state(site: Site, run: Run, design: DesignFolder) -> _State:
     failed = not alive and written < 1e9 * site.processes.started_s(name)
     output_tail = site.processes.output_tail(name) if failed else ""
     told = site.processes.progress(name) if alive else None
-    return _State(design.final_scene.path.exists(), alive, told.doing if told else "", written, output_tail)
+    doing, is_stopping = told.doing if told else "", site.processes.is_stopping(name)
+    return _State(design.final_scene.path.exists(), alive, doing, written, output_tail, is_stopping)
 
 
 def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
@@ -80,7 +83,9 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
     if state.alive:
         with box("notice", role="status"), box("row apart"):
             text(state.doing or "Trying open-loop motions. This takes seconds to minutes.")
-            button("Stop", as_action(lambda: site.processes.stop(name)), "danger", "stop")
+            stop_button(as_action(lambda: site.processes.stop(name)), is_stopping=state.is_stopping)
+        return
+    if left_to_study(site, run, "Its designs are probed by the plan of the study."):
         return
     with box("sheet stack"):
         text("Probe this design", tag="h2")

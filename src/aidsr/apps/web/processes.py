@@ -21,6 +21,7 @@ from pathlib import Path
 from aidsr.core.errors import UserError
 from aidsr.core.progress_lines import ProgressLine, read_progress
 from aidsr.runs.events import at_work
+from aidsr.runs.files import replace_file
 
 _LAST_WORDS = 4000
 """Number of characters shown of a log. Our choice: a traceback fits."""
@@ -28,6 +29,11 @@ _LAST_WORDS = 4000
 _NICENESS = 10
 """Niceness of a process, so that pages stay responsive while it uses all processors. Our choice; 19 is the lowest
 priority."""
+
+
+_STOPPING_S = 70.0
+"""Time after which a process that was asked to end may be asked again [s]. Our choice: a training has 60 s to save its
+progress, and another signal in that time would end it before it has."""
 
 
 @dataclass(frozen=True)
@@ -61,25 +67,41 @@ class Processes:
             os.setpriority(os.PRIO_PROCESS, process.pid, max(own, _NICENESS))
         threading.Thread(target=process.wait, name=f"wait for {name}", daemon=True).start()
         note = {"pid": process.pid, "command": list(command)}
-        self._note(name).write_text(json.dumps(note), encoding="utf-8")
+        replace_file(self._note(name), json.dumps(note).encode())
 
     def is_alive(self, name: str) -> bool:
         """Whether the process of that name is still running."""
         found = at_work(self._log(name))
-        return self._note(name).exists() and _exists(self.pid(name)) if found is None else found
+        if found is None:
+            return (pid := self.pid(name)) is not None and _exists(pid)
+        return found
 
     def stop(self, name: str) -> bool:
         """Ask a process to end, as Control-C does, and return whether one was running.
 
-        Finished work is kept; starting the process again resumes from there.
+        Finished work is kept; starting the process again resumes from there. A process that is already stopping is left
+        to save its work: another signal would end it at once.
         """
-        if not self.is_alive(name) or not self._note(name).exists():
+        pid = self.pid(name)
+        if pid is None or not self.is_alive(name):
             return False
+        if self.is_stopping(name):
+            return True
+        replace_file(self._asked(name), str(pid).encode())
         try:
-            os.kill(self.pid(name), signal.SIGTERM)
+            os.kill(pid, signal.SIGTERM)
         except ProcessLookupError:  # it ended just now
             return False
         return True
+
+    def is_stopping(self, name: str) -> bool:
+        """Whether the process of that name was asked to end, by any page, and may still be saving its work."""
+        asked = self._asked(name)
+        try:
+            pid, age_s = asked.read_text(encoding="ascii"), time.time() - asked.stat().st_mtime
+        except FileNotFoundError:
+            return False
+        return age_s < _STOPPING_S and pid == str(self.pid(name)) and self.is_alive(name)
 
     def started_s(self, name: str) -> float:
         """Return when the process of that name was last started [s since 1970]; 0 if it never was."""
@@ -108,21 +130,32 @@ class Processes:
         return replace(found, left_s=left_s if left_s > 0 else None)
 
     def command(self, name: str) -> tuple[str, ...]:
-        """Return the command with which the process of that name was last started; empty if it never was."""
-        try:
-            return tuple(json.loads(self._note(name).read_text(encoding="utf-8")).get("command", ()))
-        except FileNotFoundError:
-            return ()
+        """Return the command with which the process of that name was last started; empty where it is not known."""
+        command = self._noted(name).get("command")
+        return tuple(map(str, command)) if isinstance(command, list) else ()
 
-    def pid(self, name: str) -> int:
-        """Return the process id of the last process of that name, which may have ended."""
-        return int(json.loads(self._note(name).read_text(encoding="utf-8"))["pid"])
+    def pid(self, name: str) -> int | None:
+        """Return the process id of the last process of that name, which may have ended; None where it is not known."""
+        pid = self._noted(name).get("pid")
+        return pid if isinstance(pid, int) else None
+
+    def _noted(self, name: str) -> dict[str, object]:
+        """Return the note on the last process of that name; empty where there is none, or a damaged one."""
+        try:
+            note = json.loads(self._note(name).read_text(encoding="utf-8"))
+        except (FileNotFoundError, ValueError):
+            return {}
+        return note if isinstance(note, dict) else {}
 
     def _log(self, name: str) -> Path:
         return self.folder / f"{name}.log"
 
     def _note(self, name: str) -> Path:
         return self.folder / f"{name}.json"
+
+    def _asked(self, name: str) -> Path:
+        """Return the file with the id of the process that was last asked to end."""
+        return self.folder / f"{name}.stopping"
 
 
 def _lock(file: int) -> None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from nicegui import app, ui
 
-from aidsr.apps.web.live import as_action
+from aidsr.apps.web.live import as_action, live
 from aidsr.apps.web.site import Site
-from aidsr.apps.web.widgets import box, button, text
+from aidsr.apps.web.widgets import box, button, long_text, text
 from aidsr.core.artifacts import Decision
 from aidsr.core.config import BUILTIN
 from aidsr.core.errors import AidsrError, UserError
@@ -61,6 +62,24 @@ def decide(site: Site, run: Run, iteration: IterationFolder, decision: Decision)
         site.resume(run)
 
 
+def _unused(site: Site, run: Run, iteration: IterationFolder) -> str | None:
+    """Return the last output of the run's process if no process works with a written decision; None otherwise."""
+    if not iteration.decision.path.exists() or site.is_running(run):
+        return None
+    return site.unexplained_output(run, site.view(run))
+
+
+def _tell_unused(site: Site, run: Run, output_tail: str | None) -> None:
+    if output_tail is None:
+        return
+    with box("notice wait", role="status"), box("row apart"):
+        text("Your decision is written, but no process works on this run.")
+        button("Resume", as_action(lambda: site.resume(run)), "primary", "play_arrow")
+    if output_tail:
+        text("Output of the last process of this run:", "label")
+        long_text(output_tail, "last output", "last")
+
+
 def review_panel(site: Site, run: Run, design: DesignFolder, number: int, names: list[str]) -> None:
     """Show the form for the decision on an iteration that waits for one; `names` are the parts to refer to."""
     iteration = design.iteration(number)
@@ -88,6 +107,7 @@ def review_panel(site: Site, run: Run, design: DesignFolder, number: int, names:
         with box("row"):
             button("Quit design", as_action(give_up), "danger", "close")
             button("Cancel", sure.close)
+    live(lambda: _unused(site, run, iteration), partial(_tell_unused, site, run))
     with box("sheet stack review", "section", aria_label="your decision"):
         text("Your decision", tag="h2")
         text(

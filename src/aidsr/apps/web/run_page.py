@@ -16,6 +16,7 @@ from aidsr.apps.web.live import Rows, as_action, live, watch
 from aidsr.apps.web.manual_panel import manual_panel
 from aidsr.apps.web.model_form import budget_from, limit_fields
 from aidsr.apps.web.site import DesignView, Job, RunView, Shown, Site, model_in_words, state_of
+from aidsr.apps.web.study_runs import left_to_study
 from aidsr.apps.web.widgets import (
     badge,
     box,
@@ -25,6 +26,7 @@ from aidsr.apps.web.widgets import (
     image,
     long_text,
     notice,
+    stop_button,
     strip,
     text,
     usage_facts,
@@ -56,7 +58,7 @@ def add_run_page(site: Site) -> None:
                 with box("row apart top"):
                     with box("stack tight grow"):
                         live(lambda: site.view(run).shown, partial(_title, view))
-                    live(lambda: (site.view(run).shown, site.is_running(run)), partial(_actions, site, run))
+                    live(partial(_working, site, run), partial(_actions, site, run))
                 live(lambda: site.view(run), _facts)
             live(lambda: _of_note(site, run), partial(_notes, site, run))
             manual_panel(site, run)
@@ -117,8 +119,12 @@ def _facts(view: RunView) -> None:
             fact("seed", str(config.seed))
 
 
-def _actions(site: Site, run: Run, state: tuple[Shown, bool]) -> None:
-    shown, working = state
+def _working(site: Site, run: Run) -> tuple[Shown, bool, bool]:
+    return site.view(run).shown, site.is_running(run), site.processes.is_stopping(run.name)
+
+
+def _actions(site: Site, run: Run, state: tuple[Shown, bool, bool]) -> None:
+    shown, working, is_stopping = state
 
     def stop() -> None:
         if not site.processes.stop(run.name):
@@ -133,7 +139,8 @@ def _actions(site: Site, run: Run, state: tuple[Shown, bool]) -> None:
                 "Resume", as_action(partial(site.resume, run)), "quiet", "play_arrow", "No process is running this run"
             )
         elif shown != "finished":
-            button("Stop", as_action(stop), "danger", "stop", "Stops the run like Control-C; finished work is kept")
+            hint = "Stops the run like Control-C; finished work is kept"
+            stop_button(as_action(stop), is_stopping=is_stopping, hint=hint)
         summary = file_address(run.name, "summary.html")
         button("", lambda: ui.download(summary), "bare", "download", "Download the summary page")
 
@@ -155,14 +162,13 @@ class _Noted:
 
 def _of_note(site: Site, run: Run) -> _Noted:
     view = site.view(run)
-    silent = view.shown == "interrupted" or (view.shown == "stopped" and not view.status.stopped)
     return _Noted(
         stopped=view.status.stopped.message if view.status.stopped else "",
         interrupted=view.shown == "interrupted",
         used_up=any(d.status.outcome and d.status.outcome.outcome == "out_of_budget" for d in view.designs),
         at_work=tuple((job, view.design(job.number).status.concept) for job in view.jobs),
         waiting=tuple((d.status.number, d.status.concept) for d in view.designs if d.status.state == "waiting"),
-        output_tail=site.processes.output_tail(run.name) if silent else "",
+        output_tail=site.unexplained_output(run, view),
     )
 
 
@@ -173,8 +179,9 @@ def _notes(site: Site, run: Run, noted: _Noted) -> None:
         with box("notice wait stack tight", role="status"):
             text("No process is running this run: it ended, or the folder comes from another machine.")
             text("“Resume” continues it from its files. Answered calls are not repeated.", "small soft")
-            if noted.output_tail:
-                long_text(noted.output_tail, "last output", "last")
+    if noted.output_tail:
+        text("Output of the last process of this run:", "label")
+        long_text(noted.output_tail, "last output", "last")
     if noted.used_up:
         _larger_budget(site, run)
     for job, concept in noted.at_work:
@@ -188,7 +195,10 @@ def _notes(site: Site, run: Run, noted: _Noted) -> None:
 
 
 def _larger_budget(site: Site, run: Run) -> None:
-    """Offer to resume a run that used up its budget with a larger budget."""
+    """Offer to resume a run that used up its budget with a larger budget, unless its study sets it."""
+    used_up = "The budget of this run is used up. To continue, resume the study in a terminal with a larger limit."
+    if left_to_study(site, run, used_up):
+        return
     form: dict[str, Any] = dict(run.budget())
 
     def resume() -> None:

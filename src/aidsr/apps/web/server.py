@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 import secrets
 import socket
 import sys
 import threading
 import webbrowser
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import uvicorn
@@ -22,7 +23,10 @@ from aidsr.apps.web.guard import LOOPBACK, Guard
 from aidsr.apps.web.pages import add_pages
 from aidsr.apps.web.routes import routes
 from aidsr.apps.web.site import Site
+from aidsr.core.directory_lock import DirectoryLock
 from aidsr.core.errors import UserError
+from aidsr.core.storage_errors import storage_errors
+from aidsr.runs.files import replace_file
 
 
 def serve(
@@ -45,7 +49,8 @@ def serve(
         browser: Whether to open the web app in the default browser.
 
     Raises:
-        UserError: Another machine could reach the web app and there is no token, or the port is taken.
+        UserError: Another machine could reach the web app and there is no token, another web app serves the folder, or
+            the port is taken.
     """
     alone = host in {name.strip("[]") for name in LOOPBACK}
     if not alone and len(token) < _SHORTEST_TOKEN:
@@ -54,7 +59,7 @@ def serve(
             "execute code; give a --token, which the web app then asks for, or omit --host"
         )
     address = f"http://{f'[{host}]' if ':' in host else host}:{port}/"
-    with _listening(host, port) as door, suppress(KeyboardInterrupt):
+    with _alone(runs), _listening(host, port) as door, suppress(KeyboardInterrupt):
         server = uvicorn.Server(
             uvicorn.Config(
                 build(runs, studies, hosts=LOOPBACK if alone else frozenset(), token=token),
@@ -78,6 +83,29 @@ _SHORTEST_TOKEN = 16
 """Minimum length of a token in characters. Our choice: too long to be guessed over a network."""
 
 
+@contextmanager
+def _alone(runs: Path) -> Iterator[None]:
+    """Keep other web apps from serving a folder of runs: each would overwrite what was typed in the other.
+
+    Raises:
+        UserError: Another web app serves the folder.
+    """
+    own = Site.at(runs).own
+    with storage_errors(own):
+        own.mkdir(parents=True, exist_ok=True)
+        try:
+            lock = DirectoryLock(own)
+        except UserError:
+            raise UserError(
+                f"another aidsr web serves {runs}; open that one (its terminal shows the address) or stop it, or serve "
+                "another folder with --runs"
+            ) from None
+    try:
+        yield
+    finally:
+        lock.release()
+
+
 def _listening(host: str, port: int) -> socket.socket:
     """Return a listening socket.
 
@@ -96,6 +124,7 @@ def build(runs: Path, studies: Sequence[Path] = (), *, hosts: frozenset[str] = L
     """Return the application for a folder of runs and some studies, protected by `Guard`."""
     site = Site.at(runs, studies)
     site.own.mkdir(parents=True, exist_ok=True)
+    here = hashlib.sha256(str(site.own).encode()).hexdigest()[:8]  # cookies are shared by all ports of a host
     Storage.path = site.own / "people"
     application = FastAPI(openapi_url=None, docs_url=None, redoc_url=None)
     application.include_router(routes(site))
@@ -109,20 +138,19 @@ def build(runs: Path, studies: Sequence[Path] = (), *, hosts: frozenset[str] = L
         language="en-US",
         tailwind=False,
         storage_secret=_secret(site.own / "secret"),
+        session_middleware_kwargs={"session_cookie": f"aidsr_session_{here}"},
         show_welcome_message=False,
         reconnect_timeout=20,
     )
     app.config.quasar_config["loadingBar"] = {"skipHijack": True}  # no accessible name for screen readers
     add_error_pages(application)
-    application.add_middleware(Guard, hosts=hosts, token=token)
+    application.add_middleware(Guard, hosts=hosts, token=token, cookie=f"aidsr_token_{here}")
     return application
 
 
 def _secret(path: Path) -> str:
     """Return the key that signs cookies, kept in a file so that visitors stay signed in after a restart."""
-    try:
-        return path.read_text(encoding="ascii")
-    except FileNotFoundError:
+    if not path.exists() or not path.stat().st_size:  # a server that was killed may have left it empty
         path.touch(mode=0o600)
-        path.write_text(secrets.token_hex(32), encoding="ascii")
-        return path.read_text(encoding="ascii")
+        replace_file(path, secrets.token_hex(32).encode("ascii"))
+    return path.read_text(encoding="ascii")

@@ -13,6 +13,7 @@ from aidsr.apps.web.processes import Processes
 from aidsr.apps.web.studies import Studies
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import iso_time, task_title
+from aidsr.core.storage_errors import storage_errors
 from aidsr.runs import DesignFolder, DesignStatus, Library, Run, RunStatus, read_status
 from aidsr.runs.events import at_work
 from aidsr.runs.library import fingerprint
@@ -147,7 +148,12 @@ class Site:
 
         Raises:
             UserError: The folder is not a run, or one of its files is damaged.
+            StorageError: A file or folder of the run cannot be read, as without the permission.
         """
+        with storage_errors(run.path):
+            return self._view(run)
+
+    def _view(self, run: Run) -> RunView:
         name, mark = run.name, fingerprint(run)
         known = self._read.get(name)
         if known is None or known[0] != mark:
@@ -180,6 +186,19 @@ class Site:
     def is_running(self, run: Run) -> bool:
         """Whether a process works on a run, started by the web app or in a terminal."""
         return self.processes.is_alive(run.name) or bool(at_work(run.events))
+
+    def unexplained_output(self, run: Run, view: RunView) -> str:
+        """Return the last output of a run's process that ended without recording why; empty otherwise.
+
+        A process that refuses to start, as without a key, records nothing at all.
+        """
+        if view.status.state == "finished" or self.is_running(run):
+            return ""
+        logs = (run.events, *(run.design(each.status.number).events for each in view.designs))
+        last_event_s = max((log.stat().st_mtime for log in logs if log.exists()), default=0.0)
+        refused = self.processes.started_s(run.name) > last_event_s
+        silent = view.shown == "interrupted" or (view.shown == "stopped" and not view.status.stopped)
+        return self.processes.output_tail(run.name) if refused or silent else ""
 
     def refuse_running(self, run: Run) -> None:
         """Refuse an action that is not allowed while a process works on a run.

@@ -112,9 +112,11 @@ class Studies:
         """Return the report of a study.
 
         Raises:
-            UserError: There is no such study, or it has no report yet.
+            UserError: There is no such study, it holds links or other special files, or it has no report yet.
         """
-        report = self.folder(key) / "report.html"
+        folder = self.folder(key)
+        require_plain_tree(folder)
+        report = folder / "report.html"
         if not report.is_file():
             raise UserError("the study has no report yet; write it with: aidsr report STUDY")
         return report
@@ -144,12 +146,14 @@ class Studies:
         """Return a run of a study by its name, "STUDY~ARM~TASK~NUMBER".
 
         Raises:
-            UserError: There is no such run, or it holds links or other special files.
+            UserError: There is no such run, or it or its study holds links or other special files.
         """
         key, *parts = name.split(_BETWEEN)
         if len(parts) == 3 and all(is_name(part) for part in parts):
-            home = self.folder(key).joinpath("runs", *parts)
+            study = self.folder(key)
+            home = study.joinpath("runs", *parts)
             for file in sorted(home.glob("*/run.json")):
+                require_plain_tree(study)
                 require_plain_tree(home)
                 return Run(file.parent, name)
         raise UserError(f'"{name[:80]}" is not a run of a study that has started')
@@ -207,7 +211,7 @@ class Studies:
         found: dict[str, Path] = {}
         without_key: list[tuple[str, Path]] = []
         for path in (*beside, *self._more):
-            if (path / "study.toml").is_file():
+            if _is_study(path):
                 name = path.resolve().name
                 if is_name(name) and name not in found:
                     found[name] = path
@@ -226,6 +230,13 @@ class Studies:
         finally:
             self._read_s = time.monotonic()
             self._reading.release()
+
+
+def _is_study(path: Path) -> bool:
+    try:
+        return (path / "study.toml").is_file()
+    except OSError:  # a folder that may not be read, such as lost+found
+        return False
 
 
 def _view(key: str, path: Path) -> StudyView:

@@ -13,7 +13,7 @@ from aidsr.apps.web.run_page import not_found
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.studies import JOBS, RunOfStudy, StudyView
 from aidsr.apps.web.studies_panel import spending_of
-from aidsr.apps.web.widgets import badge, box, button, fact, notice, points, text
+from aidsr.apps.web.widgets import badge, box, button, fact, notice, points, stop_button, text
 from aidsr.core.errors import AidsrError
 from aidsr.core.formatting import task_title
 
@@ -44,18 +44,19 @@ def _asks(words: str) -> None:
     text(words, "soft", "p")
 
 
-def _state(site: Site, key: str) -> tuple[bool, int, bool]:
-    view = site.studies.view(key)
-    return site.studies.is_running(key), view.jobs_left, view.report
+def _state(site: Site, key: str) -> tuple[bool, bool, int, bool]:
+    view, is_stopping = site.studies.view(key), site.processes.is_stopping(site.studies.process(key))
+    return site.studies.is_running(key), is_stopping, view.jobs_left, view.report
 
 
-def _actions(site: Site, key: str, state: tuple[bool, int, bool]) -> None:
-    working, left, report = state
+def _actions(site: Site, key: str, state: tuple[bool, bool, int, bool]) -> None:
+    working, is_stopping, left, report = state
     with box("row"):
         if working:
             badge("running")
             stop = as_action(partial(site.studies.stop, key))
-            button("Stop", stop, "danger", "stop", "Stops the study like Control-C; finished work is kept")
+            hint = "Stops the study like Control-C; finished work is kept"
+            stop_button(stop, is_stopping=is_stopping, hint=hint)
         elif left:
             button("Resume", as_action(partial(site.studies.resume, key, JOBS)), "primary", "play_arrow")
         if report:

@@ -14,9 +14,10 @@ from aidsr.apps.web.curve import curve_svg
 from aidsr.apps.web.live import as_action, live, show_error, working
 from aidsr.apps.web.recorded_episodes import Stage, record, replay_name, variation_of
 from aidsr.apps.web.site import Site
+from aidsr.apps.web.study_runs import left_to_study
 from aidsr.apps.web.training_form import training_form
 from aidsr.apps.web.view3d import Episode
-from aidsr.apps.web.widgets import badge, box, button, fact, long_text, notice, text
+from aidsr.apps.web.widgets import badge, box, button, fact, long_text, notice, stop_button, text
 from aidsr.core.artifacts import EpisodeResult, Evaluation, PerturbedEpisodes
 from aidsr.core.ends import evaluation_in_words
 from aidsr.core.errors import UserError
@@ -74,6 +75,7 @@ class _State:
     output_tail: str
     stopped: str = ""
     """Where the last training, started by the web app, was stopped, in words; empty if it was not."""
+    is_stopping: bool = False
 
 
 def training_panel(site: Site, run: Run, design: DesignFolder, stage: Stage) -> None:
@@ -104,7 +106,8 @@ def _state(site: Site, run: Run, design: DesignFolder) -> _State:
     stopped = "" if doing else _stopped(site.processes.command(name), trainings)
     if stopped and INTERRUPTED in output_tail:
         output_tail = ""  # that it was stopped is said already
-    return _State(design.final_scene.path.exists(), doing, alive, output_tail, stopped)
+    is_stopping = site.processes.is_stopping(name)
+    return _State(design.final_scene.path.exists(), doing, alive, output_tail, stopped, is_stopping)
 
 
 def _stopped(command: Sequence[str], trainings: Sequence[Training]) -> str:
@@ -168,13 +171,13 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
                 text(state.doing)
                 if state.stoppable:
                     act = as_action(lambda: site.processes.stop(name))
-                    button("Stop", act, "danger", "stop", "The training progress is kept")
+                    stop_button(act, is_stopping=state.is_stopping, hint="The training progress is kept")
                 else:
                     text(
                         "Started by another process (a study or a terminal); stop it there.",
                         "small soft",
                     )
-        else:
+        elif not left_to_study(site, run, "Its policies are trained by the plan of the study."):
             if state.stopped:
                 with box("notice wait", role="status"), box("row apart"):
                     text(state.stopped)

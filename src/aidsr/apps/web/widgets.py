@@ -54,6 +54,14 @@ def button(
     return element
 
 
+def stop_button(act: Callable[..., Any], *, is_stopping: bool, hint: str = "") -> None:
+    """Show the button that stops a process, or that it is stopping; see `Processes.is_stopping`."""
+    if is_stopping:
+        text("Stopping…", "soft")
+    else:
+        button("Stop", act, "danger", "stop", hint)
+
+
 def image(address: str, what: str, classes: str = "shot") -> None:
     """Show a picture, or a placeholder if the address is empty."""
     if not address:
