@@ -10,9 +10,13 @@ from aidsr.apps.cli import main
 from aidsr.core.artifacts import Placement, Robot
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
+from aidsr.examples import examples
+from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.trained import FinishedTraining
+from aidsr.learn.rl.training_config import TrainingConfig
 from aidsr.runs import Run, RunRecord
 from aidsr.sim.assembly import assemble
+from aidsr.tasks import goal_task, parse_goal
 from aidsr.tasks.goals import GOAL_VERSION
 from scenes import small_arm
 
@@ -93,3 +97,44 @@ def test_a_goal_has_no_levels(design, tmp_path, capsys, given):
 def test_either_a_task_or_a_goal(design, tmp_path, capsys):
     assert train(design, "--goal", tmp_path / "mine.toml", "--task", "button_pushing") == 2
     assert "both a task and a goal given" in capsys.readouterr().err
+
+
+THERE_AND_AWAY = """
+kind = "stages"
+base = "free"
+vary_m = [0.01, 0, 0]
+time_limit_s = 1.0
+[[stages]]
+kind = "reach"
+target = "spot"
+[[stages]]
+kind = "travel"
+distance_m = 0.01
+[[limits]]
+kind = "speed"
+at_most_m_s = 3.0
+"""
+
+
+@pytest.mark.parametrize("goal", [*(pytest.param(one, id=name) for name, one in examples().items()), THERE_AND_AWAY])
+def test_a_goal_is_the_same_after_it_was_written_and_read(goal):
+    """The examples have every kind of goal."""
+    text, room = (goal, ROOM) if isinstance(goal, str) else (goal.goal, goal.environment)
+    scene = TaskScene.of(
+        assemble(Robot(mjcf=small_arm(), functional_part="tip"), ROOM, Placement(mount="mount", base="fixed")).mjcf,
+        goal_task(parse_goal(GOAL), ROOM),
+    )
+    config = TrainingConfig.of(scene, steps=64, seed=0).model_copy(
+        update={"goal": goal_task(parse_goal(text), room).goal}
+    )
+    again = TrainingConfig.model_validate_json(config.model_dump_json(indent=2))
+    assert again.differences(config) == config.differences(again) == []
+    assert goal_task(again.goal, room).goal == config.goal
+
+
+def test_a_finished_training_for_a_goal_in_stages_is_recognized(design, tmp_path, capsys):
+    (tmp_path / "mine.toml").write_text(THERE_AND_AWAY.replace('base = "free"\n', ""))
+    for _ in range(2):
+        assert train(design, "--goal", tmp_path / "mine.toml", "--no-evaluate") == 0
+    assert FinishedTraining.load(design.path / "training" / "001").scene.task.name == "goal/stages"
+    assert not (design.path / "training" / "002").exists()
