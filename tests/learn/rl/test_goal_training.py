@@ -12,9 +12,10 @@ from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
 from aidsr.examples import examples
 from aidsr.learn.episodes.scene import TaskScene
-from aidsr.learn.rl.trained import FinishedTraining
+from aidsr.learn.rl.trained import FinishedTraining, evaluate_training
 from aidsr.learn.rl.training_config import TrainingConfig
 from aidsr.runs import Run, RunRecord
+from aidsr.runs.trainings import trainings_of, verdict_in_words, verdicts_of
 from aidsr.sim.assembly import assemble
 from aidsr.tasks import goal_task, parse_goal
 from aidsr.tasks.goals import GOAL_VERSION
@@ -92,6 +93,22 @@ def test_a_goal_has_no_levels(design, tmp_path, capsys, given):
     told = capsys.readouterr().err
     assert "a level requires a task" in told
     assert told.count("\n") == 1
+
+
+def test_results_for_another_goal_are_not_those_of_the_design(design, tmp_path):
+    Run(design.path.parent.parent).goal.write(GOAL.encode())
+    (tmp_path / "easy.toml").write_text(GOAL.replace("hold_s = 0.1", "hold_s = 0.05\nwithin_m = 5.0"))
+    assert train(design, "--no-evaluate") == 0
+    assert train(design, "--no-evaluate", "--goal", tmp_path / "easy.toml") == 0
+    own, other = trainings_of(design)
+    for training in (own, other):
+        evaluate_training(training.path, episodes=20, threads=1, videos=False)
+    assert other.evaluation.read().success_share == 1.0
+    assert [verdict.success_share for verdict in verdicts_of(design)] == [own.evaluation.read().success_share]
+    assert verdict_in_words(own).startswith("training 001: ")
+    assert verdict_in_words(other).startswith("training 002, for the goal reach spot: ")
+    Run(design.path.parent.parent).goal.path.unlink()
+    assert len(verdicts_of(design)) == 2, "an objective in words has no measure of its own"
 
 
 def test_either_a_task_or_a_goal(design, tmp_path, capsys):
