@@ -39,7 +39,7 @@ demo: $(VENV)/core  ## design three robots for button_pushing with the built-in 
 bench-stability: $(VENV)/core  ## share of built-in designs that end as stable scenes (minutes)
 	$(BIN)/python benchmarks/stability/run.py
 
-bench-builtin: $(VENV)/dev  ## train and evaluate built-in designs of every task missing in OUT.jsonl (many hours, resumable): STEPS=300000 DESIGNS=3 SEEDS=1 JOBS=2 OUT=results-version7
+bench-builtin: $(VENV)/dev  ## train and evaluate built-in designs of every task missing in OUT.jsonl (many hours, resumable): STEPS=300000 DESIGNS=3 SEEDS=1 JOBS=2 OUT=results-version8
 	$(BIN)/python benchmarks/builtin/table.py --steps $(or $(STEPS),300000) --designs $(or $(DESIGNS),3) --seeds $(or $(SEEDS),1) --jobs $(or $(JOBS),2) $(if $(OUT),--out $(OUT))
 
 bench-rl: $(VENV)/dev  ## speed of stepping and learning, against Gymnasium environments in SubprocVecEnv (hours, resumable): RUNS=5 OUT=results

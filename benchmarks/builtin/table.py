@@ -6,8 +6,8 @@ Policies are trained by protocol `best`; successful ones are also played in pert
 unless some are named. The table has separate totals for the 14 tasks that the rules were written with in view (in
 sample) and for the 4 that came later (out of sample). The command runs a study (aidsr.studies) with one concept per
 run: the n-th design of a task is the first concept of seed n - 1. Every task gets its first design before any task gets
-its second, so a table that is stopped early is still useful. Raw outcomes are written to results-version7.jsonl beside
-this file and the table made from them to results-version7.md, or to files of another name (`--out mine`). The same
+its second, so a table that is stopped early is still useful. Raw outcomes are written to results-version8.jsonl beside
+this file and the table made from them to results-version8.md, or to files of another name (`--out mine`). The same
 command continues a stopped study, on this machine or another one: a design whose outcome is in the .jsonl is not
 trained again. To train everything yourself, name files that do not exist yet.
 
@@ -23,7 +23,7 @@ import io
 import sys
 import zipfile
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path
 from statistics import fmean, median
@@ -182,11 +182,12 @@ def _comparable(row: Row) -> dict[str, Any] | None:
 
 
 def plan_of(rows: Sequence[Row]) -> StudyPlan:
-    """Return the plan that rows follow.
+    """Return the plan that rows follow, without those that no longer count.
 
     Raises:
         UserError: The rows differ in version, level, budget or protocol.
     """
+    rows = counting(rows)
     found = sorted({(_version_of(row), row.level, row.most_steps, _protocol_of(row)) for row in rows})
     if len(found) > 1:
         told = "; ".join(f"version {v}, level {level}, {steps:,} steps, `{by}`" for v, level, steps, by in found)
@@ -203,6 +204,11 @@ def plan_of(rows: Sequence[Row]) -> StudyPlan:
         perturbed=any(row.kept_perturbed for row in rows),
         benchmark_version=version,
     )
+
+
+def counting(rows: Sequence[Row]) -> tuple[Row, ...]:
+    """Return the rows whose tasks have not changed since; all rows in a table of an earlier version, without any."""
+    return tuple(row for row in rows if _version_of(row) == BENCHMARK_VERSION) or tuple(rows)
 
 
 def _version_of(row: Row) -> int:
@@ -244,18 +250,30 @@ def _note(study: Study, published: Sequence[Row], out: str, progress: Progress) 
 
 def _write(study: Study, published: Sequence[Row], out: str) -> None:
     rows = merged(study, published)
+    rows = _in_order([*rows, *_superseded(HOME / f"{out}.jsonl", rows)], study.plan)
     raw = "".join(row.model_dump_json(exclude_none=True) + "\n" for row in rows)
     replace_file(HOME / f"{out}.jsonl", raw.encode())
     replace_file(HOME / f"{out}.md", table(study.plan, rows, out).encode())
 
 
 def kept(path: Path, plan: StudyPlan) -> tuple[Row, ...]:
-    """Return the outcomes in a file, none if there is no file.
+    """Return the outcomes in a file that count, none if there is no file.
 
     Raises:
         UserError: An outcome was made under other conditions than the plan's, or its design is not in the plan.
     """
-    return tuple(_fitting(row, plan, path) for row in read_rows(path))
+    return tuple(_fitting(row, plan, path) for row in counting(read_rows(path)))
+
+
+def _superseded(path: Path, rows: Sequence[Row]) -> list[Row]:
+    """Return the outcomes in a file that no longer count and that no row replaces: they stay, in no figure."""
+    before = read_rows(path)
+    there = {_key(row) for row in (*rows, *counting(before))}
+    return [row for row in before if _key(row) not in there]
+
+
+def _key(row: Row) -> tuple[str, int, int]:
+    return row.task, row.design, row.policy_seed
 
 
 def read_rows(path: Path) -> tuple[Row, ...]:
@@ -270,13 +288,18 @@ def merged(study: Study, published: Sequence[Row]) -> list[Row]:
     Raises:
         UserError: An outcome of the study was made under other conditions than the plan's.
     """
-    found = {(row.task, row.design, row.policy_seed): row for row in published}
+    found = {_key(row): row for row in published}
     for design in read_outcomes(study):
         if design.evaluations or design.outcome not in ("unfinished", "approved"):
             for row in rows_of(design, study):
-                found.setdefault((row.task, row.design, row.policy_seed), _fitting(row, study.plan, study.path))
-    places = {task: place for place, task in enumerate(study.plan.tasks)}
-    return sorted(found.values(), key=lambda row: (row.design, places[row.task], row.policy_seed))
+                found.setdefault(_key(row), _fitting(row, study.plan, study.path))
+    return _in_order(found.values(), study.plan)
+
+
+def _in_order(rows: Iterable[Row], plan: StudyPlan) -> list[Row]:
+    """Return rows by design number, then as the plan orders the tasks."""
+    places = {task: place for place, task in enumerate(plan.tasks)}
+    return sorted(rows, key=lambda row: (row.design, places.get(row.task, len(places)), row.policy_seed))
 
 
 def _fitting(row: Row, plan: StudyPlan, where: Path) -> Row:
@@ -360,7 +383,11 @@ def _trained(facts: dict[str, Any], home: TrainingFolder) -> Row:
 
 
 def table(plan: StudyPlan, rows: Sequence[Row], out: str = _OUT) -> str:
-    """Return outcomes as a Markdown table. Rates cover the designs that ended; the page states how many ended."""
+    """Return outcomes as a Markdown table. Rates cover the designs that ended; the page states how many ended.
+
+    Outcomes that no longer count are in no figure; the page states how many there are.
+    """
+    every, rows = rows, counting(rows)
     mujoco = " and ".join(sorted({row.mujoco for row in rows})) or plan.versions["mujoco"]
     counts = sorted({sum(row.episodes.values()) for row in rows if row.episodes}) or [VERDICT_EPISODES]
     designs = _designs(rows)
@@ -372,7 +399,7 @@ def table(plan: StudyPlan, rows: Sequence[Row], out: str = _OUT) -> str:
         f"at most {plan.steps:,} control steps a policy{_protocol_in_words(plan)}; "
         f"the benchmark's budget is {BUDGET_STEPS:,}. "
         f"A policy is judged on {' or '.join(map(str, counts))} held-out episodes.{_made_with(rows)}"
-        f"{_unaware_of_overlap(rows)}{_motions(rows)}",
+        f"{_unaware_of_overlap(rows)}{_motions(rows)}{_no_longer(len(every) - len(rows))}",
         "",
         f"{sample_in_words(plan.tasks)}{_earlier(plan)}",
         "",
@@ -445,6 +472,11 @@ def _motions(rows: Sequence[Row]) -> str:
     """Return a sentence on the policies that are a motion of the protocol's search; empty if there are none."""
     count = sum(bool(row.recipe and row.recipe.get("script")) for row in rows)
     return f" {count} of the policies are an open-loop motion of a probe that learning did not beat." if count else ""
+
+
+def _no_longer(count: int) -> str:
+    """Return a sentence on the outcomes that no longer count; empty if there are none."""
+    return f" {count} older outcomes, of tasks that have changed since, are in no figure." if count else ""
 
 
 def _earlier(plan: StudyPlan) -> str:

@@ -162,7 +162,7 @@ def test_published_tables_of_earlier_versions_are_of_their_outcomes_and_say_so(p
 
 
 def test_the_readme_tells_the_published_outcomes(program):
-    rows = program.read_rows(PATH.parent / "results-version7.jsonl")
+    rows = program.read_rows(PATH.parent / "results-version8.jsonl")
     valid, successful = sum(row.valid for row in rows), sum(row.successful for row in rows)
     readme = (PATH.parents[2] / "README.md").read_text()
     assert f"{len(rows)} of 54 designs" in readme
@@ -210,6 +210,22 @@ def test_what_a_table_has_no_place_for_is_not_overwritten(program, study, tmp_pa
     path = written(tmp_path / "some.jsonl", outcome(program, **changed))
     with pytest.raises(UserError, match="has no place for it: version"):
         program.kept(path, study.plan)
+
+
+def test_outcomes_of_a_task_that_has_changed_since_stay_in_the_file_and_are_in_no_figure(
+    program, study, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(program, "HOME", tmp_path)
+    before = [outcome(program, benchmark_version=3), outcome(program, benchmark_version=3, design=3)]
+    path = written(tmp_path / "some.jsonl", outcome(program, design=1), *before)
+    program._write(study, program.kept(path, study.plan), "some")
+    assert [row.design for row in program.read_rows(path)] == [1, 2, 3]
+    page = path.with_suffix(".md").read_text()
+    assert "2 older outcomes, of tasks that have changed since, are in no figure" in page
+    assert "| reaching/button_pushing | 1 of 5 |" in page
+    again = outcome(program, design=2)
+    program._write(study, [*program.kept(path, study.plan), again], "some")
+    assert program.read_rows(path)[1] == again
 
 
 BEST = PROTOCOLS["best"].model_dump(mode="json")

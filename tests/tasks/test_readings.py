@@ -8,6 +8,7 @@ from stick import Episode
 
 from aidsr.core.artifacts import Placement, Robot
 from aidsr.sim.assembly import assemble
+from aidsr.sim.task_sensors import ALL_CONTACTS
 from aidsr.tasks import Reader, Readings, load_task
 from aidsr.tasks.shaping import closeness, excess, share
 
@@ -93,6 +94,56 @@ def test_a_real_contact_is_read_with_its_force_and_side():
     assert contacts.force_n[0].sum() == pytest.approx(0.8, rel=0.1)
     assert contacts.normal[0, 0] == pytest.approx(back, abs=1e-6)
     assert contacts.position_m[0, 0] == pytest.approx(episode.tip_m, abs=2e-3)
+
+
+BLOCKS = """
+<mujoco model="brush">
+  <worldbody>
+    <body name="stick" gravcomp="1">
+      <geom name="bar" type="box" pos="0 0 0.05" size="0.03 0.03 0.05" mass="0.05"/>
+      <geom type="box" pos="0.02 0.02 0.11" size="0.008 0.008 0.01" mass="0.001"/>
+      <geom type="box" pos="-0.02 0.02 0.11" size="0.008 0.008 0.01" mass="0.001"/>
+      <geom type="box" pos="0.02 -0.02 0.11" size="0.008 0.008 0.01" mass="0.001"/>
+      <geom type="box" pos="-0.02 -0.02 0.11" size="0.008 0.008 0.01" mass="0.001"/>
+      <site name="tip" pos="0 0 0.12"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+
+def test_all_contacts_of_a_brush_of_four_blocks_count(monkeypatch):
+    """Each flat block has four contacts with the wall."""
+    task = load_task("force_controlled_brushing")
+    brush, placement = Robot(mjcf=BLOCKS, functional_part="tip"), Placement(mount="mount", base="free")
+    monkeypatch.setattr("stick.scene", lambda *_: assemble(brush, task.environment, placement, task.sensors).mjcf)
+    episode = Episode(task, base="free")
+    back = episode.sensor("wall_back")
+    episode.place(episode.sensor("wall_position") - 0.001 * back, back)
+    goal = episode.sensor("wall_position") + 0.0039 * back
+    for _ in range(25):
+        episode.step(lambda e: e.hold("robot/stick", e.tip_m, goal, along=back))
+    seen = episode.look()
+    assert seen.contacts("brush_contacts").found.sum() == 16
+    for sensor in ("brush_contacts", "robot_contacts"):
+        assert seen.all_contacts_n(sensor) == pytest.approx([3.9], rel=0.1)
+    assert task.violation(seen)[0] > 0.0
+
+
+@pytest.mark.parametrize("name", ["force_controlled_brushing", "delicate_grasping"])
+def test_a_sensor_whose_contacts_are_summed_has_as_many_slots_as_it_may(name):
+    summed = [sensor for sensor in load_task(name).sensors if sensor.quantity == "contacts"]
+    assert {sensor.slots for sensor in summed} == {ALL_CONTACTS}
+
+
+def test_contacts_beyond_the_slots_count_as_much_as_the_weakest_in_a_slot():
+    full = slots(*[(2.0, (1, 0, 0))] * 3, (0.5, (0, 1, 0)))
+    assert readings(grip=full).all_contacts_n("grip") == pytest.approx([6.5])
+    full[..., ::10] = 7  # of seven contacts, four have a slot
+    assert readings(grip=full).all_contacts_n("grip") == pytest.approx([6.5 + 3 * 0.5])
+    full[..., 32:34] = (0.3, 0.4)  # friction in the last slot: a contact without one may press with all of that force
+    assert readings(grip=full).all_contacts_n("grip") == pytest.approx([6.5 + 3 * np.sqrt(0.5)])
+    assert readings(grip=np.zeros((1, 1, 40))).all_contacts_n("grip") == pytest.approx([0.0])
 
 
 def test_the_outline_is_strung_along_the_robot():

@@ -9,6 +9,7 @@ import csv
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal
 
@@ -19,7 +20,7 @@ from aidsr.core.errors import UserError
 from aidsr.core.numbered import numbered_in
 from aidsr.runs.events import at_work
 from aidsr.runs.files import BytesFile, JsonFile, replace_file
-from aidsr.runs.folders import DesignFolder
+from aidsr.runs.folders import DesignFolder, Run
 
 _CURVE_POINTS = 8
 """Number of points of a learning curve in words. Our choice: fits on a line."""
@@ -157,22 +158,78 @@ def trainings_of(design: str | Path | DesignFolder) -> tuple[Training, ...]:
 
 
 def verdict_in_words(training: Training) -> str:
-    """Return the result of a training in words: its verdict and success rate in held-out episodes, or its state."""
+    """Return the result of a training in words: its verdict and success rate in held-out episodes, or its state.
+
+    A training for something else than the run says for what.
+    """
+    other = other_job(training)
+    name = f"training {training.path.name}" + (f", for {other}" if other else "")
     resumed = ["resumed during training, so not the policy of an uninterrupted training"] if training.resumed else []
     verdict = training.evaluation.read()
     if verdict is None:
         state = "not judged" if training.result.path.exists() else "not finished"
-        return "; ".join([f"training {training.path.name}: {state}", *resumed])
+        return "; ".join([f"{name}: {state}", *resumed])
     word = "valid and successful" if verdict.successful else "valid, not successful" if verdict.valid else "not valid"
     failed = ", ".join(check.name for check in verdict.checks if not check.passed)
     share = f"{verdict.success_share:.0%} of {len(verdict.episodes)} held-out episodes"
     reasons = [*([f"fails {failed}"] if failed else []), *resumed]
-    return f"training {training.path.name}: {word}, {share}" + (f" ({'; '.join(reasons)})" if reasons else "")
+    return f"{name}: {word}, {share}" + (f" ({'; '.join(reasons)})" if reasons else "")
 
 
 def verdicts_of(design: DesignFolder) -> tuple[Evaluation, ...]:
-    """Return the evaluations of a design's policies, in order."""
-    return tuple(verdict for one in trainings_of(design) if (verdict := one.evaluation.read()) is not None)
+    """Return the evaluations of a design's policies in the task, level or goal of its run, in order.
+
+    A run without any, for an objective in words, has the evaluations of all policies.
+    """
+    judged = ((one, one.evaluation.read()) for one in trainings_of(design))
+    return tuple(verdict for one, verdict in judged if verdict is not None and not other_job(one))
+
+
+def other_job(training: Training) -> str:
+    """Return the task or goal of a training in words if its run is for another one, otherwise ""."""
+    config, home = training.config.read() or {}, training.path.absolute().parents[3:4]
+    run = Run(home[0]) if home else None
+    record = run.record.read() if run else None
+    if run is None or record is None:
+        return ""
+    goal, task, level = config.get("goal"), config.get("task", ""), config.get("level", "")
+    wanted = run.goal.read()
+    if goal and (record.task or wanted is not None):
+        same = wanted is not None and _is_goal(goal, wanted.decode(errors="replace"), training.path / "scene.xml")
+        target = goal.get("target") or goal.get("joint") or ", ".join(goal.get("targets", ()))
+        return "" if same else f"the goal {' '.join(filter(None, [goal.get('kind', ''), target]))}"
+    if not goal and wanted is not None:
+        return f"the task {task}"
+    if not record.task or (task, level) == (record.task, record.level or level):
+        return ""
+    return f"the task {task}, level {level}"
+
+
+def _is_goal(goal: dict[str, Any], wanted: str, scene: Path) -> bool:
+    """Return whether the goal of a training is the one in a TOML text, as the scene of the training resolves it.
+
+    Where the text cannot be resolved, nothing is known to differ.
+    """
+    try:
+        return goal in _forms(wanted, scene, scene.stat().st_mtime_ns)
+    except (OSError, UserError):
+        return True
+
+
+@lru_cache(maxsize=256)
+def _forms(goal: str, scene: Path, changed_ns: int) -> tuple[dict[str, Any], ...]:
+    """Return a goal in JSON as it is written and as a scene resolves it.
+
+    Raises:
+        OSError: The scene cannot be read.
+        UserError: The goal or the scene is not valid.
+    """
+    from aidsr.tasks import goal_task, parse_goal
+
+    del changed_ns  # a changed scene is read again
+    written = parse_goal(goal)
+    resolved = goal_task(written, scene.read_text(encoding="utf-8")).goal
+    return written.model_dump(mode="json"), resolved.model_dump(mode="json")
 
 
 def best_verdict(verdicts: Iterable[Evaluation]) -> Evaluation | None:

@@ -144,14 +144,38 @@ class Readings:
         Args:
             name: Name of a "contacts" sensor.
             mean_over_s: See `peak_force_n`.
-            together: Whether to sum all contacts of a physics step instead of taking the strongest.
+            together: Whether to sum the contacts in the slots in each physics step instead of taking the strongest.
+                Contacts beyond the slots do not count; `all_contacts_n` counts them.
         """
-        slots = self.samples(name).reshape(
-            self.n, -1, self.samples(name).shape[2] // CONTACT_SLOT_WIDTH, CONTACT_SLOT_WIDTH
-        )
+        slots = self._slots(name)
         force_n = np.where(slots[..., 0] > 0, slots[..., 1], 0.0)
         at_once = force_n.sum(axis=2) if together else force_n.max(axis=2)
-        return np.asarray(_block_means(at_once[..., None], mean_over_s / self.sample_dt_s)[..., 0].max(axis=1))
+        return self._peak_n(at_once, mean_over_s)
+
+    def all_contacts_n(self, name: str, *, mean_over_s: float = 0.01) -> FloatArray:
+        """Return the largest sum of the normal forces of all contacts since the last control step, (n,) [N].
+
+        With more contacts than slots, the sum is an upper bound, so that a limit is exceeded too early rather than too
+        late: each contact without a slot counts with the whole force, friction included, of the weakest one in a slot.
+
+        Args:
+            name: Name of a "contacts" sensor, with `ALL_CONTACTS` slots.
+            mean_over_s: See `peak_force_n`.
+        """
+        slots = self._slots(name)
+        force_n = np.where(slots[..., 0] > 0, slots[..., 1], 0.0)
+        beyond = np.maximum(slots[:, :, 0, 0] - slots.shape[2], 0.0)  # the first slot has the number of contacts
+        weakest_n = np.linalg.norm(slots[:, :, -1, 1:4], axis=-1)
+        return self._peak_n(force_n.sum(axis=2) + beyond * weakest_n, mean_over_s)
+
+    def _slots(self, name: str) -> FloatArray:
+        """Return all samples of a "contacts" sensor, (n, s, slots, `CONTACT_SLOT_WIDTH`)."""
+        samples = self.samples(name)
+        return samples.reshape(*samples.shape[:2], -1, CONTACT_SLOT_WIDTH)
+
+    def _peak_n(self, force_n: FloatArray, mean_over_s: float) -> FloatArray:
+        """Return the largest block mean of forces, (n, s) -> (n,) [N]."""
+        return np.asarray(_block_means(force_n[..., None], mean_over_s / self.sample_dt_s)[..., 0].max(axis=1))
 
     @property
     def body(self) -> Outline:

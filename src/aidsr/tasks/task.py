@@ -25,7 +25,7 @@ from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.variation import Variation
 
-BENCHMARK_VERSION = 7
+BENCHMARK_VERSION = 8
 """Version of the benchmark, stored with every result.
 
 It increases when a dimension, a threshold, a variation or an end condition of a task changes.
@@ -71,6 +71,10 @@ Version 7 changes two tasks:
   An arm beside the pipe could hold its tip behind the branch's open end.
 - dynamic_catching: touching the ball before it is thrown loses the episode. It waits within reach of a long hand.
 incline also gets the rule on its start that the other courses have, which no recorded robot had broken.
+
+Version 8 changes force_controlled_brushing and delicate_grasping: the force of all contacts together is that of all
+contacts. Only the strongest 4 and 8 had counted, so a brush of four flat blocks pressed with 3.9 N and was read as
+pressing with 0.98 N, within the band.
 """
 
 Level = Literal["standard", "hard"]

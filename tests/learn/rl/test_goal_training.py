@@ -10,9 +10,14 @@ from aidsr.apps.cli import main
 from aidsr.core.artifacts import Placement, Robot
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
-from aidsr.learn.rl.trained import FinishedTraining
+from aidsr.examples import examples
+from aidsr.learn.episodes.scene import TaskScene
+from aidsr.learn.rl.trained import FinishedTraining, evaluate_training
+from aidsr.learn.rl.training_config import TrainingConfig
 from aidsr.runs import Run, RunRecord
+from aidsr.runs.trainings import trainings_of, verdict_in_words, verdicts_of
 from aidsr.sim.assembly import assemble
+from aidsr.tasks import goal_task, parse_goal
 from aidsr.tasks.goals import GOAL_VERSION
 from scenes import small_arm
 
@@ -90,6 +95,63 @@ def test_a_goal_has_no_levels(design, tmp_path, capsys, given):
     assert told.count("\n") == 1
 
 
+def test_results_for_another_goal_are_not_those_of_the_design(design, tmp_path):
+    Run(design.path.parent.parent).goal.write(GOAL.encode())
+    (tmp_path / "easy.toml").write_text(GOAL.replace("hold_s = 0.1", "hold_s = 0.05\nwithin_m = 5.0"))
+    assert train(design, "--no-evaluate") == 0
+    assert train(design, "--no-evaluate", "--goal", tmp_path / "easy.toml") == 0
+    own, other = trainings_of(design)
+    for training in (own, other):
+        evaluate_training(training.path, episodes=20, threads=1, videos=False)
+    assert other.evaluation.read().success_share == 1.0
+    assert [verdict.success_share for verdict in verdicts_of(design)] == [own.evaluation.read().success_share]
+    assert verdict_in_words(own).startswith("training 001: ")
+    assert verdict_in_words(other).startswith("training 002, for the goal reach spot: ")
+    Run(design.path.parent.parent).goal.path.unlink()
+    assert len(verdicts_of(design)) == 2, "an objective in words has no measure of its own"
+
+
 def test_either_a_task_or_a_goal(design, tmp_path, capsys):
     assert train(design, "--goal", tmp_path / "mine.toml", "--task", "button_pushing") == 2
     assert "both a task and a goal given" in capsys.readouterr().err
+
+
+THERE_AND_AWAY = """
+kind = "stages"
+base = "free"
+vary_m = [0.01, 0, 0]
+time_limit_s = 1.0
+[[stages]]
+kind = "reach"
+target = "spot"
+[[stages]]
+kind = "travel"
+distance_m = 0.01
+[[limits]]
+kind = "speed"
+at_most_m_s = 3.0
+"""
+
+
+@pytest.mark.parametrize("goal", [*(pytest.param(one, id=name) for name, one in examples().items()), THERE_AND_AWAY])
+def test_a_goal_is_the_same_after_it_was_written_and_read(goal):
+    """The examples have every kind of goal."""
+    text, room = (goal, ROOM) if isinstance(goal, str) else (goal.goal, goal.environment)
+    scene = TaskScene.of(
+        assemble(Robot(mjcf=small_arm(), functional_part="tip"), ROOM, Placement(mount="mount", base="fixed")).mjcf,
+        goal_task(parse_goal(GOAL), ROOM),
+    )
+    config = TrainingConfig.of(scene, steps=64, seed=0).model_copy(
+        update={"goal": goal_task(parse_goal(text), room).goal}
+    )
+    again = TrainingConfig.model_validate_json(config.model_dump_json(indent=2))
+    assert again.differences(config) == config.differences(again) == []
+    assert goal_task(again.goal, room).goal == config.goal
+
+
+def test_a_finished_training_for_a_goal_in_stages_is_recognized(design, tmp_path, capsys):
+    (tmp_path / "mine.toml").write_text(THERE_AND_AWAY.replace('base = "free"\n', ""))
+    for _ in range(2):
+        assert train(design, "--goal", tmp_path / "mine.toml", "--no-evaluate") == 0
+    assert FinishedTraining.load(design.path / "training" / "001").scene.task.name == "goal/stages"
+    assert not (design.path / "training" / "002").exists()

@@ -81,8 +81,12 @@ class TrainingConfig(Artifact):
         )
 
     def differences(self, other: TrainingConfig) -> list[str]:
-        """Return the fields in which two trainings differ, except library versions and the probe's results."""
+        """Return the fields in which two trainings differ, except library versions and the probe's results.
+
+        The values are compared, not their classes: JSON does not keep the class of a goal that was resolved.
+        """
         names = TrainingConfig.model_fields.keys() - {"versions", "recipe"} - _FOUND
-        differing = [name for name in names if getattr(self, name) != getattr(other, name)]
+        mine, others = self.model_dump(include=names), other.model_dump(include=names)
+        differing = [name for name in names if mine[name] != others[name]]
         same_recipe = self.recipe.as_asked() == other.recipe.as_asked()
         return sorted(differing if same_recipe else [*differing, "recipe"])

@@ -26,7 +26,7 @@ from aidsr.tasks.goals.unattended import Sweep
 from aidsr.tasks.readings import BoolArray, FloatArray
 from aidsr.tasks.task import Feature, TaskState
 
-GOAL_VERSION = 5
+GOAL_VERSION = 6
 """Version of what goals measure. It increases when earlier policies would be judged by something they did not learn."""
 
 NEAR_M, MARGIN_M = 0.03, 0.2

@@ -48,8 +48,8 @@ class GoalReadings:
         return self.readings.peak_force_n(self.name(sensor))
 
     def all_contacts_n(self, sensor: str) -> FloatArray:
-        """Return `Readings.peak_contact_n` of all contacts of a sensor together, (n,) [N]."""
-        return self.readings.peak_contact_n(self.name(sensor), together=True)
+        """Return `Readings.all_contacts_n` of a sensor, (n,) [N]."""
+        return self.readings.all_contacts_n(self.name(sensor))
 
     def mean_speed_m_s(self, sensor: str) -> FloatArray:
         """Return the magnitude of a sensor's mean velocity since the last control step, (n,) [m/s]."""

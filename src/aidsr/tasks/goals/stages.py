@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic_core import to_jsonable_python
 
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.goals.bring import Bring
@@ -242,11 +243,11 @@ class Stages(Goal):
 
 
 def _is_default(key: str, value: Any) -> bool:
-    """Return whether a key has its default value: a stage that was written by this program has all keys."""
-    default = Goal.model_fields[key].default
-    if hasattr(default, "model_dump"):
-        default = default.model_dump()
-    return bool(value == default or value == list(default) if isinstance(default, tuple) else value == default)
+    """Return whether a key has its default value: a stage that was written by this program has all keys.
+
+    The form in JSON is compared, because a stage that was read from a file has lists where records have tuples.
+    """
+    return bool(to_jsonable_python(value) == to_jsonable_python(Goal.model_fields[key].default))
 
 
 def _tag(tag: str, index: int) -> str:

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from aidsr.sim.task_sensors import ALL_CONTACTS
 from aidsr.tasks.grasping.base import LIFT_PROGRESS, RAISED_M, TABLE_M, LiftTask, raised_m
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import excess
@@ -34,7 +35,12 @@ class DelicateGrasping(LiftTask):
     name: ClassVar = "grasping/delicate_grasping"
     time_limit_s: ClassVar = 12.0
     hold_s: ClassVar = 2.0
+    unchanged_since: ClassVar = 8
     required_names: ClassVar = ("mount", "table", "carriage", "carriage_lift", "object", "object_free")
+    sensors: ClassVar = tuple(
+        sensor.model_copy(update={"slots": ALL_CONTACTS}) if sensor.name == "grip" else sensor
+        for sensor in LiftTask.sensors
+    )
     features: ClassVar = (
         Feature("functional part to object", "m", (-0.8, 0.8), "object_position, tip_position", size=3),
         Feature("object's velocity", "m/s", (-3, 3), "object_velocity", size=3),
@@ -115,7 +121,7 @@ class DelicateGrasping(LiftTask):
     def _load(self, readings: Readings) -> FloatArray:
         """Return the contact forces as a share of those at which the object breaks, (n,)."""
         single = readings.peak_contact_n("grip") / self.contact_n
-        return np.maximum(single, readings.peak_contact_n("grip", together=True) / (TOGETHER * self.contact_n))
+        return np.maximum(single, readings.all_contacts_n("grip") / (TOGETHER * self.contact_n))
 
 
 def _lumps(rng: np.random.Generator, scale: float, *, lumpy: bool) -> tuple[Change, ...]:

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from aidsr.sim.task_sensors import TaskSensor
+from aidsr.sim.task_sensors import ALL_CONTACTS, TaskSensor
 from aidsr.tasks.gentleness import SELDOM, after_touch, is_gentle, untouched
 from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import TOUCH_N, BoolArray, FloatArray, Readings
@@ -43,13 +43,16 @@ class ForceControlledBrushing(Task):
     base: ClassVar = "moving"
     time_limit_s: ClassVar = 60.0
     hold_s: ClassVar = 0.5
+    unchanged_since: ClassVar = 8
     stages: ClassVar = ((0.04, "at the wall"), (0.3, "brushing"), (1.0, "all brushed"))
     required_names: ClassVar = ("mount", "wall", "base_x", "base_z")
     policy_actuators: ClassVar = ("base_x", "base_z")
     sensors: ClassVar = (
         TaskSensor(name="tip_position", quantity="position"),
-        TaskSensor(name="brush_contacts", quantity="contacts", target="wall", part="functional_part", slots=4),
-        TaskSensor(name="robot_contacts", quantity="contacts", target="wall", slots=8),
+        TaskSensor(
+            name="brush_contacts", quantity="contacts", target="wall", part="functional_part", slots=ALL_CONTACTS
+        ),
+        TaskSensor(name="robot_contacts", quantity="contacts", target="wall", slots=ALL_CONTACTS),
     )
     features: ClassVar = (
         Feature("functional part to the wanted cell", "m", (-0.8, 0.8), "wall_*, tip_position, (state)", size=3),
@@ -157,11 +160,11 @@ class ForceControlledBrushing(Task):
 
     def _robot_n(self, readings: Readings) -> FloatArray:
         """Return the largest total force of the robot's contacts on the wall during a control step, (n,) [N]."""
-        return readings.peak_contact_n("robot_contacts", together=True)
+        return readings.all_contacts_n("robot_contacts")
 
     def _force_n(self, readings: Readings) -> FloatArray:
         """Return the mean force of the functional part on the wall over a control step, (n,) [N]."""
-        return readings.peak_contact_n("brush_contacts", mean_over_s=self.control_dt_s, together=True)
+        return readings.all_contacts_n("brush_contacts", mean_over_s=self.control_dt_s)
 
 
 def in_band(force_n: FloatArray) -> BoolArray:
