@@ -24,8 +24,8 @@ _LEAST_RIGID_MM = 4.0
 """Shortest rigid portion of a part between two gaps, which has to hold a rod. Our choice."""
 
 _LONGEST_HALF_GAP_MM = 40.0
-_STRAIGHT = 0.9995
-"""Cosine above which a limb counts as straight at rest."""
+STRAIGHT = 0.9995
+"""Cosine above which a limb counts as straight at rest, and two axes as parallel."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Gap:
     @property
     def straight(self) -> bool:
         """Whether the limb runs straight through the joint at rest."""
-        return float(self.before @ self.after) > _STRAIGHT
+        return float(self.before @ self.after) > STRAIGHT
 
 
 class Skeleton:
