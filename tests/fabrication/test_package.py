@@ -17,8 +17,9 @@ from aidsr.apps.cli.terminal import make_console
 from aidsr.core.artifacts import Outcome, Placement, ValidationReport
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
-from aidsr.fabrication.as_built import as_built, changes_of
+from aidsr.fabrication.as_built import as_built
 from aidsr.fabrication.build import build_robot
+from aidsr.fabrication.changes import changes_of
 from aidsr.fabrication.force_response import responses
 from aidsr.fabrication.package import write_package
 from aidsr.fabrication.printers import printer_named
