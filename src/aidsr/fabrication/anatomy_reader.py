@@ -264,10 +264,15 @@ class _Reader:
             length_mm=1000.0 * float(data.ten_length[tendon]),
             largest_pull_n=math.inf if actuator is None else self._largest_pull_n(actuator),
             torques_mm={name: 1000.0 * torque for name, torque in dofs.items()},
-            resists=bool(
-                model.tendon_stiffness[tendon] or model.tendon_damping[tendon] or model.tendon_limited[tendon]
-            ),
+            resists=self._resists(tendon),
         )
+
+    def _resists(self, tendon: int) -> bool:
+        """Whether a tendon itself has a spring, a damper or limits."""
+        model = self.model
+        springs, dampers = model.tendon_stiffness, model.tendon_damping
+        polynomials = model.tendon_stiffnesspoly, model.tendon_dampingpoly
+        return any(np.any(values[tendon]) for values in (springs, dampers, *polynomials, model.tendon_limited))
 
     def _largest_pull_n(self, actuator: int) -> float:
         model = self.model
