@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from fingers import WINCH, finger
 
-from aidsr.fabrication.as_built import as_built, changes_of, masses_of
+from aidsr.fabrication.as_built import as_built
 from aidsr.fabrication.build import RobotBuild, build_robot
+from aidsr.fabrication.changes import changes_of, masses_of
 from aidsr.fabrication.printers import printer_named
 from aidsr.validation import validate
 
@@ -61,6 +62,35 @@ def test_a_tendon_that_nothing_drives_has_no_force_and_is_told() -> None:
     assert "cables that nothing drives" not in {change.what for change in changes_of(made(finger()))}
 
 
+def test_a_cable_with_an_actuator_has_no_spring_damper_or_stop_and_that_is_told() -> None:
+    mjcf = finger(extend='stiffness="40" damping="1" limited="true" range="0 0.09" frictionloss="0.05" armature="0.01"')
+    assert mujoco.MjModel.from_xml_string(mjcf).tendon_stiffness.any()
+    model = built(mjcf)
+    for name in ("tendon_stiffness", "tendon_damping", "tendon_limited"):
+        assert not getattr(model, name).any(), name
+    assert model.tendon_frictionloss.max() == 0.05, "stands for the friction of its ducts, which are built"
+    assert model.tendon_armature.max() == 0.01, "stands for the rotor of its winch, which is built"
+    what = "springs, dampers and stops of cables, such as extend"
+    assert what in {change.what for change in changes_of(made(mjcf))}
+    assert what not in {change.what for change in changes_of(made(finger()))}
+
+
+@pytest.mark.parametrize(
+    ("joint", "rest"),
+    [('springref="0.2" range="-0.5 0.5"', 11), ('ref="0.1" range="-0.4 0.6"', -6)],
+    ids=["springref", "ref without springref"],
+)
+def test_hinges_are_at_rest_in_the_pose_that_is_printed_and_lost_preload_is_told(joint: str, rest: int) -> None:
+    mjcf = finger(joint=joint)
+    model = built(mjcf)
+    assert model.qpos_spring == pytest.approx(model.qpos0)
+    told = {change.what: change for change in changes_of(made(mjcf))}
+    preload = told["preload of 3 joints, most at bend_1"]
+    assert preload.simulated == f"{0.3 * abs(np.deg2rad(rest)):.2f} N m, at rest at {rest} deg"
+    assert preload.built.startswith("none")
+    assert not [what for what in (change.what for change in changes_of(made(finger()))) if "preload" in what]
+
+
 @pytest.mark.parametrize(
     ("limits", "what", "simulated"),
     [
@@ -80,10 +110,23 @@ def test_only_walls_stop_a_joint_and_that_is_told(limits: str, what: str, simula
     assert told[what].built.startswith(f"-{np.rad2deg(touch):.0f} to {np.rad2deg(touch):.0f} deg")
 
 
+@cache
+def _angle_of_balance() -> float:
+    """Return the angle at which MuJoCo's springs balance the largest pull of one cable, without weight [rad]."""
+    model = mujoco.MjModel.from_xml_string(finger(joint=""))
+    model.opt.gravity[:] = 0.0
+    data = mujoco.MjData(model)
+    data.ctrl[0] = 1.0
+    mujoco.mj_step(model, data, 2000)
+    assert np.abs(data.qvel).max() < 1e-6
+    return float(np.abs(data.qpos).max())
+
+
 @pytest.mark.parametrize("limits", ['range="-0.1 0.1"', 'range="-0.5 0.5"', ""])
 def test_hinges_are_strained_as_far_as_cables_pull_until_parts_touch(limits: str) -> None:
     pulled = [gap.bend_rad for gap in made(finger(joint=limits)).skeleton.gaps]
-    assert pulled == pytest.approx([10 * 0.0095 / 0.3] * 3, rel=0.01)
+    assert pulled == pytest.approx([_angle_of_balance()] * 3, rel=1e-3)
+    assert pulled[0] > 1.05 * 10 * 0.0095 / 0.3, "the cable's moment arm grows as the joint bends"
     whole = made(finger(joint=limits, stiffness=0.01))
     assert [gap.bend_rad for gap in whole.skeleton.gaps] == [gap.touch_rad for gap in whole.skeleton.gaps]
 

@@ -98,6 +98,41 @@ def test_a_limb_whose_necks_would_lie_in_its_cables_way_is_made_on_rods() -> Non
     assert not build_robot(finger(stiffness=20.0), [], printer_named("fdm")).material.elastomer
 
 
+CROSSED = '<joint name="across_{0}" axis="1 0 0" stiffness="0.3" damping="0.01"/>'
+"""A second hinge through the point of the first."""
+
+
+def _links_that_turn(axes: str) -> str:
+    """Return a finger of links that turn about an axis each ("y", "x", "-y"), or about two ("xy") or three ("b")."""
+    kinds = axes.split()
+    mjcf = finger([f"link_{number}" for number in range(1, len(kinds) + 1)], joint="")
+    for number, kind in enumerate(kinds, start=1):
+        joint = f'<joint name="bend_{number}" axis="0 1 0"'
+        turned = {"x": joint.replace("0 1 0", "1 0 0"), "-y": joint.replace("0 1 0", "0 -1 0")}
+        turned |= {"b": f'<joint name="bend_{number}" type="ball"', "xy": CROSSED.format(number) + joint}
+        mjcf = mjcf.replace(joint, turned.get(kind, joint))
+    return mjcf
+
+
+@pytest.mark.parametrize("axes", ["y x y x", "y xy", "xy y", "y b"])
+def test_no_rods_pass_joints_that_turn_about_different_axes(axes: str) -> None:
+    """Two glued rods in the plane of a bend resist it with 2 E A y^2 / g, as the flanges of a beam, and hardly bend."""
+    anatomy = read_anatomy(_links_that_turn(axes))
+    faults = design_hinges(anatomy, Skeleton(anatomy), material_for(printer_named("fdm"), "petg")[0]).faults
+    (fault,) = [fault for fault in faults if fault.code == "hinge_stiffness"]
+    assert "about different axes" in fault.message
+    assert "parallel" in fault.cure
+    assert fault.names == tuple(name for joint in anatomy.joints for name in joint.names)
+
+
+@pytest.mark.parametrize(("axes", "kind"), [("y -y y", "pair"), ("xy xy", "rod"), ("xy b", "rod")])
+def test_one_backbone_passes_joints_that_turn_alike(axes: str, kind: str) -> None:
+    anatomy = read_anatomy(_links_that_turn(axes))
+    hinges = design_hinges(anatomy, Skeleton(anatomy), material_for(printer_named("fdm"), "petg")[0])
+    assert {hinge.kind for hinge in hinges.hinges.values()} == {kind}
+    assert len(hinges.backbones) == 1
+
+
 def test_what_a_printer_cannot_print_is_refused() -> None:
     with pytest.raises(UserError, match="tough2000"):
         material_for(printer_named("sla"), "tpu95a")

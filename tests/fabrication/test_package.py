@@ -17,8 +17,9 @@ from aidsr.apps.cli.terminal import make_console
 from aidsr.core.artifacts import Outcome, Placement, ValidationReport
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
-from aidsr.fabrication.as_built import as_built, changes_of
+from aidsr.fabrication.as_built import as_built
 from aidsr.fabrication.build import build_robot
+from aidsr.fabrication.changes import changes_of
 from aidsr.fabrication.force_response import responses
 from aidsr.fabrication.package import write_package
 from aidsr.fabrication.printers import printer_named
@@ -170,6 +171,25 @@ def test_an_export_that_is_stopped_leaves_the_folder_as_it_was(tmp_path) -> None
     after = {path.relative_to(home): path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
     assert "second" in (home / "sheet.html").read_text()
     assert set(after) == {path.relative_to(home) for path in before} - {Path("parts/old.stl")}
+
+
+def test_a_program_that_its_user_has_changed_stays(tmp_path, capsys) -> None:
+    robot, drive = tmp_path / "finger.xml", tmp_path / "finger_export" / "drive.py"
+    robot.write_text(finger())
+    first = export(robot)
+    written = drive.read_text()
+    assert not first.drive_kept
+    assert not export(robot).drive_kept
+    drive.write_text(written.replace(": 0.0 for one in MAP", ": 0.3 for one in MAP"))
+    changed = drive.read_text()
+    assert changed != written
+    (drive.parent / "control.json").write_text("{}")
+    again = export(robot)
+    assert drive.read_text() == changed
+    assert "actuators" in json.loads((drive.parent / "control.json").read_text())
+    assert again.drive_kept
+    _print_export(make_console(), again)
+    assert "drive.py: yours is kept" in capsys.readouterr().out
 
 
 def test_a_folder_without_a_robot_is_refused(tmp_path) -> None:

@@ -4,8 +4,11 @@ import lib3mf
 import numpy as np
 import pytest
 from exported import ROBOTS, Mesh, made
+from fingers import hand
 
+from aidsr.fabrication.build import build_robot
 from aidsr.fabrication.files import stl, three_mf
+from aidsr.fabrication.printers import printer_named
 from aidsr.fabrication.solids import Triangles, first_hits, rounded, union
 from aidsr.fabrication.weld import is_watertight
 
@@ -96,6 +99,25 @@ def test_stl_holds_every_triangle() -> None:
 def test_alike_fingers_share_one_file() -> None:
     fingers = [part for part in made("gripper", "tpu95a").robot_parts if len(part.used_for) == 3]
     assert [len(part.used_for) for part in fingers] == [3]
+
+
+@pytest.mark.parametrize("material", ["tpu95a", "petg"])
+def test_fingers_of_one_shape_and_different_masses_are_different_parts(material: str) -> None:
+    """Otherwise the one would be printed with the infill of the other, and the robot as built have a wrong mass."""
+    left = 'name="skin left" type="capsule" fromto="0 0 0 0 0 0.02" size="0.006" mass="0.002"'
+    mjcf = hand()
+    assert left in mjcf
+    heavy = mjcf.replace(left, left.replace("0.002", "0.005"))
+    made = build_robot(heavy, [], printer_named("fdm"), material=material)
+    of = {name: part for part in made.robot_parts for name in part.used_for}
+    assert of["left"] is not of["right"]
+    for name, mass_kg in (("left", 0.005), ("right", 0.002)):
+        assert of[name].weight.simulated_kg == pytest.approx(mass_kg)
+    assert of["left"].weight.infill > of["right"].weight.infill
+    alike = mjcf.replace(left, left.replace("0.002", "0.00202"))
+    parts = build_robot(alike, [], printer_named("fdm"), material=material).robot_parts
+    (shared,) = [part for part in parts if "left" in part.used_for]
+    assert shared.used_for == ("left", "right")
 
 
 def test_a_ray_counts_the_walls_it_passes() -> None:

@@ -64,6 +64,8 @@ class Joint(Artifact):
     axes: tuple[Vec3, ...]
     """Unit axes of rotation at rest; a ball joint has three."""
     stiffness_n_m_rad: tuple[float, ...]
+    spring_rest_rad: tuple[float, ...]
+    """Angle about each axis at which the spring is at rest, relative to the initial pose."""
     limits_rad: tuple[tuple[float, float], ...]
     """Smallest and largest angle about each axis relative to the initial pose; infinite where there is no limit."""
     offset_mm: float
@@ -97,6 +99,8 @@ class Cable(Artifact):
     actuator, 0 where the actuator only pushes."""
     torques_mm: dict[str, float]
     """Torque about each joint of the simulation for a tension of 1 N [N mm]."""
+    resists: bool = False
+    """Whether the tendon itself has a spring, a damper or limits."""
 
 
 class Anatomy(Artifact):

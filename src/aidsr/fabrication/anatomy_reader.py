@@ -230,9 +230,15 @@ class _Reader:
             anchor_mm=_mm(anchors.mean(axis=0)),
             axes=tuple(_numbers(axis) for axis in axes),
             stiffness_n_m_rad=tuple(stiffness) * (3 if ball else 1),
+            spring_rest_rad=(0.0,) * 3 if ball else tuple(map(self._spring_rest, joints)),
             limits_rad=tuple(self._limits(j) for j in joints) * (3 if ball else 1),
             offset_mm=1000.0 * float(np.linalg.norm(anchors - anchors[0], axis=1).max()),
         )
+
+    def _spring_rest(self, joint: int) -> float:
+        """Return where the spring of a joint with one axis is at rest, relative to the initial pose [rad]."""
+        address = self.model.jnt_qposadr[joint]
+        return float(self.model.qpos_spring[address] - self.model.qpos0[address])
 
     def _limits(self, joint: int) -> tuple[float, float]:
         model = self.model
@@ -258,7 +264,15 @@ class _Reader:
             length_mm=1000.0 * float(data.ten_length[tendon]),
             largest_pull_n=math.inf if actuator is None else self._largest_pull_n(actuator),
             torques_mm={name: 1000.0 * torque for name, torque in dofs.items()},
+            resists=self._resists(tendon),
         )
+
+    def _resists(self, tendon: int) -> bool:
+        """Whether a tendon itself has a spring, a damper or limits."""
+        model = self.model
+        springs, dampers = model.tendon_stiffness, model.tendon_damping
+        polynomials = model.tendon_stiffnesspoly, model.tendon_dampingpoly
+        return any(np.any(values[tendon]) for values in (springs, dampers, *polynomials, model.tendon_limited))
 
     def _largest_pull_n(self, actuator: int) -> float:
         model = self.model

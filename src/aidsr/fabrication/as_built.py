@@ -4,22 +4,17 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from aidsr.fabrication.build import PrintedPart, RobotBuild
-from aidsr.fabrication.schema import Change
+from aidsr.fabrication.build import RobotBuild
 from aidsr.mjcf.compile import parse_mjcf
 from aidsr.sandbox.isolated import isolated
 from aidsr.sim.strip_scenery import write_out_inertias
 from aidsr.sim.structure import name_of
-
-_NOTICED = 0.01
-"""Relative difference above which a value is listed as changed. Our choice: the repeatability of a printer."""
 
 
 @dataclass(frozen=True)
@@ -31,147 +26,6 @@ class Wall:
     ends_m: list[list[float]]
     """End points in the robot's frame (2, 3)."""
     radius_m: float
-
-
-def changes_of(build: RobotBuild) -> tuple[Change, ...]:
-    """Return the differences between the robot as built and as simulated, in words."""
-    found = [*_mass_changes(build), *_joint_changes(build)]
-    gaps = [gap.length_mm for gap in build.skeleton.gaps]
-    if gaps:
-        least, most = f"{min(gaps):.1f}", f"{max(gaps):.1f}"
-        width = least if least == most else f"{least} to {most}"
-        found.append(
-            Change(
-                what="skin at the joints",
-                simulated="closed from part to part",
-                built=f"open for {width} mm between parts, so that they can bend",
-            )
-        )
-    if build.shaping.ducts:
-        found.append(
-            Change(
-                what="guides",
-                simulated="points beside the body",
-                built=f"ducts in walls along every part, holes of {2 * max(b.radius_mm for b in build.bores):.1f} mm: "
-                f"a cable may lie {max(b.radius_mm for b in build.bores) - 0.2:.1f} mm off its line",
-            )
-        )
-    if any(not cable.actuator and not cable.wraps for cable in build.anatomy.cables):
-        found.append(
-            Change(
-                what="cables that nothing drives",
-                simulated="with what springs, dampers and stops the file gives them",
-                built="not strung: without these forces",
-            )
-        )
-    if build.winches:
-        found.append(
-            Change(
-                what="winches",
-                simulated="without mass, at the first guide",
-                built="on a board beside the robot, through sheaths that cost about 15 % of the pull; not simulated",
-            )
-        )
-    if build.shaping.flange_mm:
-        found.append(Change(what="foot", simulated="held by the world", built="a flange with four screws M4"))
-    return tuple(found)
-
-
-@dataclass(frozen=True)
-class Masses:
-    """Masses of the printed pieces with the rods in them [kg].
-
-    Attributes:
-        simulated_kg: As simulated.
-        built_kg: As built.
-        moving_simulated_kg: As simulated, without the pieces that are fixed to the world.
-        moving_built_kg: As built, without the pieces that are fixed to the world.
-    """
-
-    simulated_kg: float
-    built_kg: float
-    moving_simulated_kg: float
-    moving_built_kg: float
-
-
-def masses_of(build: RobotBuild) -> Masses:
-    """Return the masses of a robot's printed pieces, as simulated and as built."""
-
-    def summed(pieces: Sequence[PrintedPart]) -> tuple[float, float]:
-        simulated = sum(piece.weight.simulated_kg * len(piece.used_for) for piece in pieces)
-        return simulated, sum(piece.weight.mass_kg * len(piece.used_for) for piece in pieces)
-
-    return Masses(*summed(build.robot_parts), *summed(build.moving_parts))
-
-
-def _mass_changes(build: RobotBuild) -> list[Change]:
-    masses = masses_of(build)
-    if abs(masses.built_kg - masses.simulated_kg) <= _NOTICED * masses.simulated_kg:
-        return []
-
-    def grams(all_kg: float, moving_kg: float) -> str:
-        whole_g, moving_g = round(1000 * all_kg, 1), round(1000 * moving_kg, 1)
-        parts = f": {moving_g:.1f} g move, {whole_g - moving_g:.1f} g are fixed"
-        return f"{whole_g:.1f} g" + parts * (masses.simulated_kg > masses.moving_simulated_kg)
-
-    simulated = grams(masses.simulated_kg, masses.moving_simulated_kg)
-    built = f"{grams(masses.built_kg, masses.moving_built_kg)}; as near as the infill of each piece allows"
-    return [Change(what="mass of all pieces", simulated=simulated, built=built)]
-
-
-def _joint_changes(build: RobotBuild) -> list[Change]:
-    found, joints = [], build.anatomy.joints
-    softer = [
-        hinge
-        for hinge in build.hinges.hinges.values()
-        if abs(hinge.stiffness_n_m_rad / min(joints[hinge.joint].stiffness_n_m_rad) - 1) > _NOTICED
-    ]
-    if softer:
-        worst = max(softer, key=lambda h: abs(h.stiffness_n_m_rad / min(joints[h.joint].stiffness_n_m_rad) - 1))
-        asked = min(joints[worst.joint].stiffness_n_m_rad)
-        name = joints[worst.joint].names[0]
-        built = f"{worst.stiffness_n_m_rad:.3f} N m/rad, as thicknesses are rounded to 0.05 mm"
-        found.append(Change(what=f"stiffness, most at {name}", simulated=f"{asked:.3f} N m/rad", built=built))
-    found += _range_changes(build)
-    bent = [h for h in build.hinges.hinges.values() if build.skeleton.gaps[h.joint].bend_rad > h.linear_rad]
-    if bent:
-        angle = min(hinge.linear_rad for hinge in bent)
-        found.append(
-            Change(
-                what="springs",
-                simulated="of constant stiffness",
-                built=f"NiTi, softer beyond {math.degrees(angle):.0f} deg a joint; not simulated",
-            )
-        )
-    return found
-
-
-def _range_changes(build: RobotBuild) -> Iterator[Change]:
-    """Yield the joints whose faces touch before the simulated limit, and those without a stop at that limit."""
-    gaps = [(gap.touch_rad, build.anatomy.joints[gap.joint].limits_rad) for gap in build.skeleton.gaps]
-    stopped = [(touch, limits) for touch, limits in gaps if touch < np.abs(limits).max()]
-    free = [(touch, limits) for touch, limits in gaps if touch > np.abs(limits).min()]
-    if stopped:
-        angle, limits = min(stopped)
-        where = f"at the tightest of {_joints(len(stopped))}, where walls touch"
-        yield Change(what="range of joints", simulated=_format_limits(limits), built=f"{_both(angle)} {where}")
-    if free:
-        angle, limits = max(free)
-        where = f"at the widest of {_joints(len(free))}: no stop is built before walls touch"
-        yield Change(what="stops of joints", simulated=_format_limits(limits), built=f"{_both(angle)} {where}")
-
-
-def _joints(count: int) -> str:
-    return "1 joint" if count == 1 else f"{count} joints"
-
-
-def _both(angle_rad: float) -> str:
-    return f"{-math.degrees(angle_rad):.0f} to {math.degrees(angle_rad):.0f} deg"
-
-
-def _format_limits(limits: tuple[tuple[float, float], ...]) -> str:
-    low, high = min(limits, key=lambda both: float(np.abs(both).min()))
-    return f"{math.degrees(low):.0f} to {math.degrees(high):.0f} deg" if math.isfinite(high - low) else "without limit"
 
 
 def as_built(build: RobotBuild, mjcf: str) -> str:
@@ -294,24 +148,29 @@ def rewrite(
 
 
 def _bend(joint: Any, new: dict[str, float], *, degree: bool) -> None:
-    """Set the stiffness [N m/rad] of a joint and its range [rad], which is symmetric about the initial pose."""
+    """Set the stiffness [N m/rad] of a joint, at rest in the initial pose, and its range [rad], symmetric about it."""
     if np.ndim(joint.stiffness):
         joint.stiffness = [new["stiffness"], *([0.0] * (len(joint.stiffness) - 1))]
     else:
         joint.stiffness = new["stiffness"]
+    joint.springref = joint.ref
     most = math.degrees(new["range"]) if degree else new["range"]
     joint.range = [0.0, most] if joint.type == mujoco.mjtJoint.mjJNT_BALL else [joint.ref - most, joint.ref + most]
     joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
 
 
 def _slacken(spec: mujoco.MjSpec) -> None:
-    """Remove the forces of tendons without an actuator: no cable is cut for them. Sensors on them remain."""
+    """Remove the forces of tendons that no cable has. Sensors on them remain.
+
+    A cable has no spring, damper or stop. Friction and armature of a driven tendon stay: they stand for its ducts and
+    for the rotor of its winch (docs/physics.md). No cable is cut for a tendon without an actuator.
+    """
     driven = {actuator.target for actuator in spec.actuators if actuator.trntype == mujoco.mjtTrn.mjTRN_TENDON}
     for tendon in spec.tendons:
+        tendon.stiffness, tendon.damping = 0.0 * tendon.stiffness, 0.0 * tendon.damping
+        tendon.limited = mujoco.mjtLimited.mjLIMITED_FALSE
         if tendon.name not in driven:
-            tendon.stiffness, tendon.damping = 0.0 * tendon.stiffness, 0.0 * tendon.damping
             tendon.frictionloss = tendon.armature = 0.0
-            tendon.limited = mujoco.mjtLimited.mjLIMITED_FALSE
 
 
 def _weigh(body: Any, model: mujoco.MjModel, number: int, factor: float) -> None:

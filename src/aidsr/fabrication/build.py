@@ -28,6 +28,10 @@ from aidsr.fabrication.unsupported import unsupported_faults
 from aidsr.fabrication.weight import LEAST_INFILL, Weight, weigh
 from aidsr.fabrication.winches import Demand, Winch, choose_winches, demands, winch_faults
 
+_SAME_MASS = 0.02
+"""Largest relative difference between the simulated masses of copies of one part. Our choice: less than a step of
+infill."""
+
 
 @dataclass(frozen=True)
 class PrintedPart:
@@ -156,7 +160,10 @@ def _build(
 
 
 def _robot_parts(anatomy: Anatomy, shaping: Shaping, hinges: Hinges, printer: Printer) -> list[PrintedPart]:
-    """Return the parts of the robot, with equal pieces grouped; each moving piece gets an equal share of rod mass."""
+    """Return the parts of the robot; each moving piece gets an equal share of rod mass.
+
+    Pieces of the same shape, material and simulated mass are copies of one part: another mass takes another infill.
+    """
     moving = {piece.name for piece in shaping.pieces if not all(anatomy.parts[p].held for p in piece.parts)}
     rods = sum(
         math.pi * hinges.backbones[r.backbone].diameter_mm ** 2 / 4 * r.length_mm * 1e-9
@@ -164,18 +171,24 @@ def _robot_parts(anatomy: Anatomy, shaping: Shaping, hinges: Hinges, printer: Pr
         for r in shaping.rods
     )  # fmt: skip
     shares = Counter(part for piece in shaping.pieces for part in piece.parts)
-    groups: list[tuple[Vector, list[Piece]]] = []
+    groups: list[tuple[Vector, float, list[Piece]]] = []
     for piece in shaping.pieces:
         own = moments(piece.solid, anatomy.parts[piece.parts[0]])
-        same = next((pieces for known, pieces in groups if same_shape(known, own)), None)
-        if same is None:
-            groups.append((own, [piece]))
-        else:
-            same.append(piece)
-    parts = []
-    for _, pieces in groups:
-        piece = pieces[0]
         simulated = sum(anatomy.parts[part].mass_kg / shares[part] for part in piece.parts)
+        same = (
+            pieces
+            for known, mass_kg, pieces in groups
+            if same_shape(known, own)
+            and math.isclose(mass_kg, simulated, rel_tol=_SAME_MASS)
+            and pieces[0].material == piece.material
+        )
+        if (copies := next(same, None)) is None:
+            groups.append((own, simulated, [piece]))
+        else:
+            copies.append(piece)
+    parts = []
+    for _, simulated, pieces in groups:
+        piece = pieces[0]
         name = piece.name if len(pieces) == 1 else f"{piece.name}_x{len(pieces)}"
         lying, full = to_print(piece.solid, piece.up, printer, piece.necks)
         rods_kg = rods / len(moving) if piece.name in moving else 0.0

@@ -46,6 +46,7 @@ DRIVE = '''"""Drive the winches: turn a control of the simulation into angles of
 
 Try it without motors:      python drive.py
 With motors: write `send` for your bus, calibrate (see the sheet), then call `command`.
+Once you have changed this file, later exports keep it; delete it to get a new one.
 """
 
 import json

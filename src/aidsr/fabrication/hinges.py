@@ -4,7 +4,11 @@ A rod of bending stiffness E I with a free length g between two clamps acts as a
 its middle, so a rod's free length follows from the joint's stiffness. A printed neck spans the gap, so its length is g
 and its thickness follows.
 
-Source: Euler-Bernoulli beam under a pure moment; a strip has I = w t^3 / 12, a round rod I = pi d^4 / 64.
+Two rods at a distance y on either side of the limb's axis bend with 2 E I / g about an axis in their plane. About any
+other axis they are the flanges of a sandwich beam, which adds up to 2 E A y^2 / g and blocks the joint.
+
+Source: Euler-Bernoulli beam under a pure moment; a strip has I = w t^3 / 12, a round rod I = pi d^4 / 64. Sandwich:
+parallel axis theorem, I + A y^2 for each rod.
 """
 
 from __future__ import annotations
@@ -19,7 +23,7 @@ from aidsr.core.artifacts import Fault
 from aidsr.fabrication.anatomy import Anatomy, Joint
 from aidsr.fabrication.elastic import elastic_faults, unsupported_reason
 from aidsr.fabrication.materials import Material, Rod, rods
-from aidsr.fabrication.skeleton import Gap, Skeleton
+from aidsr.fabrication.skeleton import STRAIGHT, Gap, Skeleton
 from aidsr.sim.beam import rod_diameter, rod_stiffness
 
 _LEAST_CLAMP_MM = 3.0
@@ -128,10 +132,11 @@ def _best_backbone(
 ) -> tuple[Backbone, tuple[Hinge, ...]] | None:
     """Return the backbone with the smallest ratio of strain to allowed strain, and its hinges.
 
-    None where a joint is bent at rest, or where no rod gives the stiffnesses.
+    None where a joint is bent at rest, where the joints turn about different axes, or where no rod gives the
+    stiffnesses.
     """
     count = 2 if len(anatomy.joints[joints[0]].axes) == 1 else 1
-    if any(not skeleton.gaps[index].straight for index in joints):
+    if any(not skeleton.gaps[index].straight for index in joints) or not _turn_alike(anatomy, joints):
         return None
     best: tuple[float, Backbone, tuple[Hinge, ...]] | None = None
     for rod in rods():
@@ -144,6 +149,14 @@ def _best_backbone(
             if best is None or strained < best[0]:
                 best = (strained, backbone, hinges)
     return None if best is None else (best[1], best[2])
+
+
+def _turn_alike(anatomy: Anatomy, joints: tuple[int, ...]) -> bool:
+    """Whether all joints bend to all sides, as one rod does, or all about parallel axes, as two rods do."""
+    axes = [anatomy.joints[index].axes for index in joints]
+    if any(len(own) > 1 for own in axes):
+        return all(len(own) > 1 for own in axes)
+    return all(abs(np.dot(own[0], axes[0][0])) > STRAIGHT for own in axes)
 
 
 def _rod_hinge(joint: Joint, gap: Gap, backbone: Backbone) -> Hinge:
@@ -211,7 +224,14 @@ def _rounded(length_mm: float) -> float:
 
 
 def _no_rod(anatomy: Anatomy, skeleton: Skeleton, joints: tuple[int, ...]) -> Fault:
-    bent = any(not skeleton.gaps[index].straight for index in joints)
+    cure = "Print the limb of an elastomer (tpu95a), or lengthen the segments."
+    if any(not skeleton.gaps[index].straight for index in joints):
+        message = "is bent at rest, and rods are straight"
+    elif not _turn_alike(anatomy, joints):
+        message = "turn about different axes, and rods through all of them bend about the same ones"
+        cure = "Print the limb of an elastomer (tpu95a), or give all its joints parallel axes or two crossed ones."
+    else:
+        message = "no rod that is sold gives this stiffness here"
     return Fault(
         code="hinge_stiffness",
         layer="realizability",
@@ -219,8 +239,8 @@ def _no_rod(anatomy: Anatomy, skeleton: Skeleton, joints: tuple[int, ...]) -> Fa
         names=tuple(name for index in joints for name in anatomy.joints[index].names),
         measured=max(anatomy.joints[index].stiffness_n_m_rad[0] for index in joints),
         unit="N m/rad",
-        message="is bent at rest, and rods are straight" if bent else "no rod that is sold gives this stiffness here",
-        cure="Print the limb of an elastomer (tpu95a), or lengthen the segments.",
+        message=message,
+        cure=cure,
     )
 
 

@@ -16,6 +16,8 @@ from aidsr.fabrication.sheet import sheet
 from aidsr.fabrication.step import step
 from aidsr.fabrication.verdict import judge
 
+_DRIVE = "drive.py"
+
 
 def write_package(
     folder: Path,
@@ -33,7 +35,8 @@ def write_package(
     unchanged.
 
     Args:
-        folder: Export folder, created if missing; files of an earlier export in it are replaced.
+        folder: Export folder, created if missing; files of an earlier export in it are replaced, except a drive.py that
+            its user has changed.
         build: The robot.
         title: Title of the sheet.
         built_mjcf: MJCF of the robot as built; None writes no as_built.xml.
@@ -52,7 +55,7 @@ def write_package(
         texts = {
             "sheet.html": sheet(build, verdict, items, control, title),
             "control.json": json.dumps(control, indent=2),
-            "drive.py": DRIVE,
+            _DRIVE: DRIVE,
             "parts.json": json.dumps(_part_list(build), indent=2),
             "bill.json": json.dumps([item.model_dump(mode="json") for item in items], indent=2),
             "cables.json": json.dumps(_cable_list(build), indent=2),
@@ -68,6 +71,12 @@ def write_package(
     return verdict
 
 
+def has_own_drive(folder: Path) -> bool:
+    """Whether a folder has a drive.py with changes by its user, such as a calibration; an export keeps it."""
+    drive = folder / _DRIVE
+    return drive.exists() and drive.read_text(encoding="utf-8", errors="replace").strip() != DRIVE.strip()
+
+
 def _write_parts(folder: Path, build: RobotBuild, *, cad: bool) -> None:
     folder.mkdir(parents=True)
     for part in build.parts:
@@ -80,10 +89,15 @@ def _write_parts(folder: Path, build: RobotBuild, *, cad: bool) -> None:
 
 
 def _put(finished: Path, home: Path) -> None:
-    """Move the finished export into its folder, the marker file last; other files in the folder stay."""
+    """Move the finished export into its folder, the marker file last.
+
+    Other files in the folder stay, and so does a drive.py that its user has changed.
+    """
     if not home.exists():
         finished.rename(home)
         return
+    if has_own_drive(home):
+        (finished / _DRIVE).unlink()
     _remove(home / "parts")
     for path in sorted(finished.iterdir(), key=lambda path: path.name == MARK):
         path.replace(home / path.name)

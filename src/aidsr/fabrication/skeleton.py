@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from aidsr.fabrication.anatomy import Anatomy, Guide, Joint, Shape, Vector
+from aidsr.fabrication.anatomy import Anatomy, Cable, Guide, Joint, Shape, Vector
 
 _LEAST_HALF_GAP_MM = 1.0
 """Smallest distance of a part's face from the joint's anchor. Our choice: faces of a gap narrower than 2 mm touch after
@@ -24,8 +24,12 @@ _LEAST_RIGID_MM = 4.0
 """Shortest rigid portion of a part between two gaps, which has to hold a rod. Our choice."""
 
 _LONGEST_HALF_GAP_MM = 40.0
-_STRAIGHT = 0.9995
-"""Cosine above which a limb counts as straight at rest."""
+_ANGLES = 65
+"""Number of angles at which the moments of springs and cables are compared. Our choice: the angle of balance is right
+to 0.1 %."""
+
+STRAIGHT = 0.9995
+"""Cosine above which a limb counts as straight at rest, and two axes as parallel."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +68,7 @@ class Gap:
     @property
     def straight(self) -> bool:
         """Whether the limb runs straight through the joint at rest."""
-        return float(self.before @ self.after) > _STRAIGHT
+        return float(self.before @ self.after) > STRAIGHT
 
 
 class Skeleton:
@@ -104,13 +108,15 @@ class Skeleton:
 
     def crossings(self, joint: int) -> Iterator[tuple[Guide, Guide]]:
         """Yield for each cable that crosses a joint the last guide on either side, the parent's first."""
-        bend = self.anatomy.joints[joint]
         for cable in self.anatomy.cables:
-            for one, other in pairwise(cable.guides):
-                if (one.part, other.part) == (bend.parent, bend.child):
-                    yield one, other
-                elif (other.part, one.part) == (bend.parent, bend.child):
-                    yield other, one
+            yield from self._crossings_of(cable, self.anatomy.joints[joint])
+
+    def _crossings_of(self, cable: Cable, joint: Joint) -> Iterator[tuple[Guide, Guide]]:
+        for one, other in pairwise(cable.guides):
+            if (one.part, other.part) == (joint.parent, joint.child):
+                yield one, other
+            elif (other.part, one.part) == (joint.parent, joint.child):
+                yield other, one
 
     def _before(self, joint: int) -> int | None:
         """Return the previous joint in the limb of a joint; None for the first."""
@@ -160,7 +166,7 @@ class Skeleton:
             radius_mm=radius_mm,
             reach_mm=reach_mm,
             touch_rad=touch_rad,
-            bend_rad=min(touch_rad, self._pulled_rad(joint)),
+            bend_rad=self._pulled_rad(index, touch_rad),
         )
 
     def _axes(self, index: int) -> tuple[Vector, Vector]:
@@ -215,22 +221,70 @@ class Skeleton:
         sizes = [min(size for size in shape.size_mm if size > 0) for shape in self.anatomy.parts[joint.child].shapes]
         return min(sizes, default=5.0)
 
-    def _pulled_rad(self, joint: Joint) -> float:
-        """Return the largest angle of a joint under the largest tensions; infinite where it is not known [rad]."""
-        stiffness = min(joint.stiffness_n_m_rad)
-        pulls = np.array(
-            [
-                [cable.largest_pull_n * cable.torques_mm.get(name, 0.0) / 1000.0 for name in joint.names]
-                for cable in self.anatomy.cables
-                if cable.actuator and any(name in cable.torques_mm for name in joint.names)
-            ]
-        ).reshape(-1, len(joint.names))
-        if stiffness <= 0 or joint.kind != "hinge" or not np.isfinite(pulls).all():
-            return math.inf
+    def _pulled_rad(self, index: int, touch_rad: float) -> float:
+        """Return the largest angle of a joint under the largest tensions, at most the angle of touch [rad].
+
+        It is the first angle at which the spring balances all cables that pull in one direction. The angle of touch is
+        returned where tensions or stiffness are not known.
+
+        Source: balance of moments, k phi = sum of T r(phi), with the moment arms of docs/physics.md, which grow with
+        the angle.
+        """
+        joint = self.anatomy.joints[index]
+        stiffness, angles = min(joint.stiffness_n_m_rad), np.linspace(0.0, touch_rad, _ANGLES)
+        cables = [cable for cable in self.anatomy.cables if cable.actuator and {*joint.names} & {*cable.torques_mm}]
+        known = np.isfinite([cable.largest_pull_n for cable in cables]).all()
+        if stiffness <= 0 or joint.kind != "hinge" or not known:
+            return touch_rad
         turns = np.linspace(0, 2 * math.pi, 36, endpoint=False)
         wheel = np.stack([np.cos(turns), np.sin(turns), *([np.zeros(36)] * (len(joint.names) - 2))], axis=1)
         wheel = wheel[:, : len(joint.names)] if len(joint.names) > 1 else np.array([[1.0], [-1.0]])
-        return float(np.maximum(pulls @ wheel.T, 0).sum(axis=0).max(initial=0.0) / stiffness)
+        largest = 0.0
+        for direction in wheel:
+            pulls = [cable.largest_pull_n * self._arm_mm(index, cable, direction, angles) / 1000.0 for cable in cables]
+            left = np.maximum(np.reshape(pulls, (-1, _ANGLES)), 0.0).sum(axis=0) - stiffness * angles
+            largest = max(largest, _first_zero(angles, left))
+        return largest
+
+    def _arm_mm(self, index: int, cable: Cable, direction: Vector, angles: Vector) -> Vector:
+        """Return the moment arm of a cable at a joint that is bent in a direction (n,) [mm].
+
+        A cable runs straight from the last guide before the joint to the first one behind it. Where one of the two is
+        in a part that is not beside the joint, the arm in the initial pose is returned.
+
+        Args:
+            index: Index of the joint.
+            cable: The cable.
+            direction: Components of the axis of rotation along the joint's axes (1,) or (2,).
+            angles: Angles of the joint (n,) [rad].
+        """
+        joint, anchor = self.anatomy.joints[index], self.anchors[index]
+        crossings = list(self._crossings_of(cable, joint))
+        if not crossings:
+            at_rest = [cable.torques_mm.get(name, 0.0) for name in joint.names]
+            return np.full(len(angles), float(np.dot(at_rest, direction)))
+        axis = unit(direction @ np.array(joint.axes))
+        cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
+        arm = np.zeros(len(angles))
+        for one, other in crossings:
+            fixed, moved = np.array(one.position_mm) - anchor, np.array(other.position_mm) - anchor
+            turned = cos * moved + sin * np.cross(axis, moved) + (1 - cos) * (axis @ moved) * axis
+            apart_mm = np.linalg.norm(fixed - turned, axis=1)[:, None]
+            pull = (fixed - turned) / np.maximum(apart_mm, 1e-9)  # no pull where the two guides meet
+            arm += np.cross(turned, pull) @ axis
+        return arm
+
+
+def _first_zero(angles: Vector, left: Vector) -> float:
+    """Return the first angle at which a moment vanishes, interpolated linearly; the last angle if it does nowhere."""
+    over = np.flatnonzero(left <= 0)
+    if not len(over):
+        return float(angles[-1])
+    after = int(over[0])
+    if after == 0:
+        return float(angles[0])
+    share = left[after - 1] / (left[after - 1] - left[after])
+    return float(angles[after - 1] + share * (angles[after] - angles[after - 1]))
 
 
 def unit(vector: Vector) -> Vector:

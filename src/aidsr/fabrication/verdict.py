@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 from aidsr.core.artifacts import Fault, ValidationReport
 from aidsr.core.formatting import format_fault
-from aidsr.fabrication.as_built import changes_of, masses_of
 from aidsr.fabrication.build import RobotBuild
+from aidsr.fabrication.changes import changes_of, masses_of
 from aidsr.fabrication.schema import BUILDING_LAYERS, REACH_TOLERANCE, Retest, Verdict, motion_errors
 
 MASS_TOLERANCE = 0.15

@@ -14,7 +14,7 @@ from aidsr.core.plain_tree import require_plain_tree
 from aidsr.fabrication.as_built import as_built
 from aidsr.fabrication.build import RobotBuild, build_robot
 from aidsr.fabrication.force_response import responses
-from aidsr.fabrication.package import write_package
+from aidsr.fabrication.package import has_own_drive, write_package
 from aidsr.fabrication.printers import printer_named
 from aidsr.fabrication.schema import MARK, Retest, Verdict
 from aidsr.fabrication.verdict import retest_of
@@ -31,11 +31,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Exported:
-    """An export on disk."""
+    """An export on disk.
+
+    Attributes:
+        folder: The export folder.
+        verdict: The verdict in it.
+        made: The robot's parts.
+        drive_kept: Whether the folder had a drive.py that its user has changed; the export has kept it.
+    """
 
     folder: Path
     verdict: Verdict
     made: RobotBuild
+    drive_kept: bool = False
 
 
 @dataclass(frozen=True)
@@ -99,11 +107,11 @@ def export(
     retest = retest_of(designed, tried)
     if given.design is not None and learnt is not None:
         retest = _with_policy(retest, given.design, given.environment, built, learnt)
-    measured = responses(given.mjcf)
+    measured, drive_kept = responses(given.mjcf), has_own_drive(target)
     verdict = write_package(
         target, made, title=given.title, built_mjcf=built, responses=measured, retest=retest, cad=cad
     )
-    return Exported(target, verdict, made)
+    return Exported(target, verdict, made, drive_kept)
 
 
 def _read(subject: Path) -> _Subject:

@@ -43,7 +43,7 @@ def export(
         Material of the printed limbs, for example tpu95a or petg; default: the printer's first material that works.
     out
         Output folder; default: export/ in the design's folder, or NAME_export beside the file. An earlier export in it
-        is replaced.
+        is replaced, except a drive.py that you have changed.
     policy
         Also run the design's last trained policy on the robot as built, for as many episodes as its evaluation
         (minutes); requires the extra "rl".
@@ -91,5 +91,7 @@ def _print_export(console: Console, exported: Exported) -> None:
         line(f"  simulated as built: {verdict.retest.motion}, {moved}")
         if verdict.retest.success_share is not None:
             line(f"  trained policy on the robot as built: {verdict.retest.success_share:.0%} of its episodes succeed")
+    if exported.drive_kept:
+        line("  drive.py: yours is kept, because it differs from the one of an export; delete it to get a new one")
     use = "why it cannot be built" if verdict.verdict == "not buildable" else "instructions for building the robot"
     line(f"{exported.folder}/sheet.html: {use}")
