@@ -11,7 +11,7 @@ from aidsr.apps.cli import main
 from aidsr.core.artifacts import EpisodeResult, Evaluation
 from aidsr.core.calls import Usage
 from aidsr.core.config import Budget, RunConfig
-from aidsr.core.errors import BudgetError, UserError
+from aidsr.core.errors import AidsrError, BudgetError, ModelError, UserError
 from aidsr.evolution import Evolution, Plan, begin, generations, run_generations
 from aidsr.loop import runner
 from aidsr.memory import Lesson
@@ -31,7 +31,7 @@ def designs(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, str]]:
         config = run.asked().config
         if not run.design(1).outcome.read():
             worked.append((config.seed, Path(config.memory).name))
-            runner.run_designs(run, parts(Scripted([Script()])))
+            runner.run_designs(run, parts(Scripted([Script()] * config.concepts)))
             progress = min(0.3 * config.seed + 0.3, 0.9)
             run.design(1).iteration(1).task_report.write(tried(progress, decisive=progress > 0.5))
         return run
@@ -176,6 +176,7 @@ def test_the_budget_is_that_of_all_generations(
     tmp_path: Path, designs: list[tuple[int, str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     class Spent:
+        state = "finished"
         usage = Usage(input_tokens=300, output_tokens=300)
 
     monkeypatch.setattr(generations, "read_status", lambda _run: Spent)
@@ -198,6 +199,50 @@ def test_it_ends_where_the_next_call_could_exceed_the_budget(tmp_path: Path, mon
     for _ in range(2):  # it says so again when it is continued
         run_generations(evolution, lines.append)
         assert lines[-1] == "generation 2: the budget is spent. 600 of 1,000 tokens are spent."
+
+
+def test_a_generation_whose_designs_stopped_is_continued_before_the_next_begins(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    coder: list[str | Exception] = [ModelError("the server cannot be reached.")]
+    monkeypatch.setattr(generations, "parts_of", lambda _run, **_how: parts(Scripted([Script(robots=coder)])))
+    evolution = begun(tmp_path, generations=2)
+    why = "generation 1 stopped: the server cannot be reached; repeat the command to continue"
+    for _ in range(2):
+        with pytest.raises(AidsrError, match=f"^{why}$"):
+            run_generations(evolution)
+    with pytest.raises(SystemExit) as ended:
+        main(["evolve", "--task", "gap", "--out", str(evolution.path), "--generations", "2", "--concepts", "1"])
+    assert ended.value.code == 1
+    told = capsys.readouterr()
+    assert why in told.err
+    assert "Nothing was measured" not in told.out
+    assert list(evolution.generations()) == [1]
+    coder[:] = ["ok"]
+    run_generations(evolution)
+    assert list(evolution.generations()) == [1, 2]
+
+
+def test_a_generation_that_is_continued_gets_what_the_others_left(
+    tmp_path: Path, designs: list[tuple[int, str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Earlier versions went on with the next generation when one had stopped."""
+    plan = {"generations": 2, "config": CONFIG.updated({"budget": Budget(tokens=1000)})}
+    evolution = begun(tmp_path, **plan)
+    run_generations(evolution)
+    first, second = evolution.generations().values()
+    first.design(1).outcome.path.unlink()
+
+    class Spent:
+        usage = Usage(input_tokens=300, output_tokens=300)
+
+        def __init__(self, run: Run) -> None:
+            self.state = "finished" if run.design(1).outcome.read() else "stopped"
+
+    monkeypatch.setattr(generations, "read_status", Spent)
+    run_generations(evolution)
+    assert (first.budget().tokens, second.budget().tokens) == (400, 1000)
+    assert [seed for seed, _ in designs] == [0, 1, 0]
 
 
 def test_one_that_is_reopened_with_another_goal_or_environment_is_refused(tmp_path: Path) -> None:

@@ -68,7 +68,7 @@ def evolve(
     Raises:
         TypeError: An argument has the wrong type.
         UserError: Something requested does not exist or is not compatible, or `out` holds another evolution.
-        ModelError: The language model could not be reached before there were concepts.
+        AidsrError: A generation stopped before it was finished, as when a language model could not be reached.
     """
     check_type(task, str, "task must be the name of a task")
     check_type(out, (str, Path), "out must be the path of a folder")
