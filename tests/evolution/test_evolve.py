@@ -8,7 +8,7 @@ import pytest
 
 import aidsr
 from aidsr.apps.cli import main
-from aidsr.core.artifacts import EpisodeResult, Evaluation
+from aidsr.core.artifacts import EpisodeResult, Evaluation, PlausibilityCheck
 from aidsr.core.calls import Usage
 from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import AidsrError, BudgetError, ModelError, UserError
@@ -96,6 +96,28 @@ def test_it_ends_when_a_policy_wins(
 
 
 @pytest.mark.usefixtures("designs")
+def test_it_goes_on_when_the_policy_that_wins_is_not_valid(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def train(_mjcf: str, **_asked: object) -> Evaluation:
+        checks = (
+            PlausibilityCheck(name="needs_cables", passed=False, measured=0.9, limit=0.5, message="wins without"),
+        )
+        episode = EpisodeResult(variation=0, ended="succeeded", progress=1.0, best_progress=1.0, reward=1.0, time_s=1.0)
+        return Evaluation(task="gap", level="standard", benchmark_version=4, episodes=(episode,), checks=checks)
+
+    monkeypatch.setattr(import_module("aidsr.learn.rl.short_training"), "train_briefly", train)
+    evolution, lines = begun(tmp_path, train=1), []
+    run_generations(evolution, lines.append)
+    assert list(evolution.generations()) == [1, 2, 3]
+    assert not evolution.done
+    assert "concept 1: a policy wins 100% of 1 development episodes, but not in a valid way" in lines
+    assert {(each.policy_success, each.policy_valid) for each in evolution.archive.lessons()} == {
+        (None, True),
+        (1.0, False),
+    }
+    assert "100%" not in (evolution.path / "report.md").read_text()
+
+
+@pytest.mark.usefixtures("designs")
 def test_the_best_designs_are_trained_each_with_its_best_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     measured = {
         "objective": "", "base": "fixed", "family": "", "morphology": "", "actuation": "", "actuators": 1, "groups": 1,
@@ -116,23 +138,22 @@ def test_the_best_designs_are_trained_each_with_its_best_scene(tmp_path: Path, m
 @pytest.mark.parametrize(
     ("how", "searches", "train", "policy", "done"),
     [
-        ("", 1, 0, None, True),
-        ("play: 9 s of development variation 0", 1, 0, None, False),
-        ("play: won 8 of 8", 8, 0, None, True),
-        ("play: won 8 of 8", 8, 1, None, False),
-        ("play: won 8 of 8", 8, 1, 0.5, True),
+        ("", 1, 0, {}, True),
+        ("play: 9 s of development variation 0", 1, 0, {}, False),
+        ("play: won 8 of 8", 8, 0, {}, True),
+        ("play: won 8 of 8", 8, 1, {}, False),
+        ("play: won 8 of 8", 8, 1, {"policy_success": 0.5}, True),
+        ("play: won 8 of 8", 8, 1, {"policy_success": 1.0, "policy_valid": False}, False),
     ],
 )
-def test_what_was_played_in_one_variation_alone_does_not_end_it(
-    how: str, searches: int, train: int, policy: float | None, done: bool
+def test_neither_one_variation_nor_a_policy_that_is_not_valid_ends_it(
+    how: str, searches: int, train: int, policy: dict[str, object], done: bool
 ) -> None:
     known = {
         "objective": "", "base": "fixed", "name": "", "family": "", "morphology": "", "actuation": "", "actuators": 1,
         "groups": 1, "found": "", "model": "", "evidence": "", "scene_sha256": "",
     }  # fmt: skip
-    lesson = Lesson(
-        progress=1, least=1, most=1, solved=True, searches=searches, how=how, policy_success=policy, **known
-    )
+    lesson = Lesson(progress=1, least=1, most=1, solved=True, searches=searches, how=how, **policy, **known)
     assert Plan(train=train, config=CONFIG).done_by(lesson) == done
 
 

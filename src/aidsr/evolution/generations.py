@@ -31,6 +31,7 @@ from aidsr.loop.run import create_run, make_brief, mjcf_text, parts_of, replace_
 from aidsr.loop.runner import Listen, run_designs
 from aidsr.memory import Lesson, Memory
 from aidsr.memory.collecting import lessons_of
+from aidsr.memory.lesson import policy_results
 from aidsr.runs import Run, read_status
 from aidsr.runs.files import BytesFile, JsonFile, replace_file
 from aidsr.runs.library import Library
@@ -58,11 +59,11 @@ class Plan(Artifact):
     def done_by(self, lesson: Lesson) -> bool:
         """Whether a robot does the job.
 
-        With trainings, its policy must succeed in half of the development episodes; without, every search must reach
-        the goal. A designer's own measurement in a single variation does not count.
+        With trainings, a valid policy must succeed in half of the development episodes; without, every search must
+        reach the goal. A designer's own measurement in a single variation does not count.
         """
         if self.train:
-            return (lesson.policy_success or 0.0) >= SUCCESSFUL_SHARE
+            return (lesson.valid_success or 0.0) >= SUCCESSFUL_SHARE
         return lesson.least >= _DONE and (lesson.searches > 1 or not lesson.how)
 
     def is_done(self, lessons: Iterable[Lesson]) -> bool:
@@ -146,10 +147,7 @@ class Evolution:
     def lessons(self, run: Run) -> tuple[Lesson, ...]:
         """Return the lessons of a generation, including the results of short trainings so far."""
         return tuple(
-            lesson.model_copy(update={"policy_success": trained.success_share})
-            if (trained := self.training(lesson).read())
-            else lesson
-            for lesson in lessons_of(run)
+            lesson.model_copy(update=policy_results(self.training(lesson).read())) for lesson in lessons_of(run)
         )
 
 
@@ -340,7 +338,8 @@ def _train(evolution: Evolution, plan: Plan, run: Run, lesson: Lesson) -> str:
     except (IsolationError, MjcfError) as error:
         return f"{lesson.name} could not be trained: {error}"
     evolution.training(lesson).write(found)
-    return f"{lesson.name}: a policy wins {found.success_share:.0%} of {len(found.episodes)} development episodes"
+    won = f"{lesson.name}: a policy wins {found.success_share:.0%} of {len(found.episodes)} development episodes"
+    return won + lesson.model_copy(update=policy_results(found)).reservation
 
 
 def _measured(evolution: Evolution, plan: Plan) -> list[tuple[int, tuple[Lesson, ...]]]:
