@@ -8,10 +8,10 @@ import pytest
 
 import aidsr
 from aidsr.apps.cli import main
-from aidsr.core.artifacts import EpisodeResult, Evaluation
+from aidsr.core.artifacts import EpisodeResult, Evaluation, PlausibilityCheck
 from aidsr.core.calls import Usage
 from aidsr.core.config import Budget, RunConfig
-from aidsr.core.errors import BudgetError, UserError
+from aidsr.core.errors import AidsrError, BudgetError, ModelError, UserError
 from aidsr.evolution import Evolution, Plan, begin, generations, run_generations
 from aidsr.loop import runner
 from aidsr.memory import Lesson
@@ -31,7 +31,7 @@ def designs(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, str]]:
         config = run.asked().config
         if not run.design(1).outcome.read():
             worked.append((config.seed, Path(config.memory).name))
-            runner.run_designs(run, parts(Scripted([Script()])))
+            runner.run_designs(run, parts(Scripted([Script()] * config.concepts)))
             progress = min(0.3 * config.seed + 0.3, 0.9)
             run.design(1).iteration(1).task_report.write(tried(progress, decisive=progress > 0.5))
         return run
@@ -96,6 +96,28 @@ def test_it_ends_when_a_policy_wins(
 
 
 @pytest.mark.usefixtures("designs")
+def test_it_goes_on_when_the_policy_that_wins_is_not_valid(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def train(_mjcf: str, **_asked: object) -> Evaluation:
+        checks = (
+            PlausibilityCheck(name="needs_cables", passed=False, measured=0.9, limit=0.5, message="wins without"),
+        )
+        episode = EpisodeResult(variation=0, ended="succeeded", progress=1.0, best_progress=1.0, reward=1.0, time_s=1.0)
+        return Evaluation(task="gap", level="standard", benchmark_version=4, episodes=(episode,), checks=checks)
+
+    monkeypatch.setattr(import_module("aidsr.learn.rl.short_training"), "train_briefly", train)
+    evolution, lines = begun(tmp_path, train=1), []
+    run_generations(evolution, lines.append)
+    assert list(evolution.generations()) == [1, 2, 3]
+    assert not evolution.done
+    assert "concept 1: a policy wins 100% of 1 development episodes, but not in a valid way" in lines
+    assert {(each.policy_success, each.policy_valid) for each in evolution.archive.lessons()} == {
+        (None, True),
+        (1.0, False),
+    }
+    assert "100%" not in (evolution.path / "report.md").read_text()
+
+
+@pytest.mark.usefixtures("designs")
 def test_the_best_designs_are_trained_each_with_its_best_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     measured = {
         "objective": "", "base": "fixed", "family": "", "morphology": "", "actuation": "", "actuators": 1, "groups": 1,
@@ -116,23 +138,22 @@ def test_the_best_designs_are_trained_each_with_its_best_scene(tmp_path: Path, m
 @pytest.mark.parametrize(
     ("how", "searches", "train", "policy", "done"),
     [
-        ("", 1, 0, None, True),
-        ("play: 9 s of development variation 0", 1, 0, None, False),
-        ("play: won 8 of 8", 8, 0, None, True),
-        ("play: won 8 of 8", 8, 1, None, False),
-        ("play: won 8 of 8", 8, 1, 0.5, True),
+        ("", 1, 0, {}, True),
+        ("play: 9 s of development variation 0", 1, 0, {}, False),
+        ("play: won 8 of 8", 8, 0, {}, True),
+        ("play: won 8 of 8", 8, 1, {}, False),
+        ("play: won 8 of 8", 8, 1, {"policy_success": 0.5}, True),
+        ("play: won 8 of 8", 8, 1, {"policy_success": 1.0, "policy_valid": False}, False),
     ],
 )
-def test_what_was_played_in_one_variation_alone_does_not_end_it(
-    how: str, searches: int, train: int, policy: float | None, done: bool
+def test_neither_one_variation_nor_a_policy_that_is_not_valid_ends_it(
+    how: str, searches: int, train: int, policy: dict[str, object], done: bool
 ) -> None:
     known = {
         "objective": "", "base": "fixed", "name": "", "family": "", "morphology": "", "actuation": "", "actuators": 1,
         "groups": 1, "found": "", "model": "", "evidence": "", "scene_sha256": "",
     }  # fmt: skip
-    lesson = Lesson(
-        progress=1, least=1, most=1, solved=True, searches=searches, how=how, policy_success=policy, **known
-    )
+    lesson = Lesson(progress=1, least=1, most=1, solved=True, searches=searches, how=how, **policy, **known)
     assert Plan(train=train, config=CONFIG).done_by(lesson) == done
 
 
@@ -176,6 +197,7 @@ def test_the_budget_is_that_of_all_generations(
     tmp_path: Path, designs: list[tuple[int, str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     class Spent:
+        state = "finished"
         usage = Usage(input_tokens=300, output_tokens=300)
 
     monkeypatch.setattr(generations, "read_status", lambda _run: Spent)
@@ -198,6 +220,50 @@ def test_it_ends_where_the_next_call_could_exceed_the_budget(tmp_path: Path, mon
     for _ in range(2):  # it says so again when it is continued
         run_generations(evolution, lines.append)
         assert lines[-1] == "generation 2: the budget is spent. 600 of 1,000 tokens are spent."
+
+
+def test_a_generation_whose_designs_stopped_is_continued_before_the_next_begins(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    coder: list[str | Exception] = [ModelError("the server cannot be reached.")]
+    monkeypatch.setattr(generations, "parts_of", lambda _run, **_how: parts(Scripted([Script(robots=coder)])))
+    evolution = begun(tmp_path, generations=2)
+    why = "generation 1 stopped: the server cannot be reached; repeat the command to continue"
+    for _ in range(2):
+        with pytest.raises(AidsrError, match=f"^{why}$"):
+            run_generations(evolution)
+    with pytest.raises(SystemExit) as ended:
+        main(["evolve", "--task", "gap", "--out", str(evolution.path), "--generations", "2", "--concepts", "1"])
+    assert ended.value.code == 1
+    told = capsys.readouterr()
+    assert why in told.err
+    assert "Nothing was measured" not in told.out
+    assert list(evolution.generations()) == [1]
+    coder[:] = ["ok"]
+    run_generations(evolution)
+    assert list(evolution.generations()) == [1, 2]
+
+
+def test_a_generation_that_is_continued_gets_what_the_others_left(
+    tmp_path: Path, designs: list[tuple[int, str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Earlier versions went on with the next generation when one had stopped."""
+    plan = {"generations": 2, "config": CONFIG.updated({"budget": Budget(tokens=1000)})}
+    evolution = begun(tmp_path, **plan)
+    run_generations(evolution)
+    first, second = evolution.generations().values()
+    first.design(1).outcome.path.unlink()
+
+    class Spent:
+        usage = Usage(input_tokens=300, output_tokens=300)
+
+        def __init__(self, run: Run) -> None:
+            self.state = "finished" if run.design(1).outcome.read() else "stopped"
+
+    monkeypatch.setattr(generations, "read_status", Spent)
+    run_generations(evolution)
+    assert (first.budget().tokens, second.budget().tokens) == (400, 1000)
+    assert [seed for seed, _ in designs] == [0, 1, 0]
 
 
 def test_one_that_is_reopened_with_another_goal_or_environment_is_refused(tmp_path: Path) -> None:

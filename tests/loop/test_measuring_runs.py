@@ -24,6 +24,7 @@ from aidsr.loop.run import create_run, make_brief, parts_of
 from aidsr.loop.runner import run_designs
 from aidsr.memory.collecting import lessons_of
 from aidsr.runs import Run
+from aidsr.runs.files import JsonFile
 from aidsr.teams.measuring.exploration import Exploration
 from aidsr.teams.measuring.records import ToolRecord
 from aidsr.teams.providers.manual import pending_prompts
@@ -110,6 +111,11 @@ def test_a_model_with_tools_designs_and_measures(tmp_path: Path) -> None:
     board = server.requests[-1].body["messages"][-1]["content"]
     assert "11 of 80 calls" in board
     assert "Kept: scene_1, the only one" in board
+    record = {"name": "train", "arguments": '{"scene": "scene_1"}', "text": "", "outcome": "done", "seconds": 1.0}
+    trained = ToolRecord(**record, figures={"success": 0.8, "valid": 0.0})
+    JsonFile(run.design(1).path / "01" / "tools" / "99_train.json", ToolRecord).write(trained)
+    (lesson,) = lessons_of(run)
+    assert (lesson.policy_success, lesson.policy_valid) == (0.8, False)
 
 
 def test_the_script_by_which_it_wins_goes_along_with_the_robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from aidsr.apps.cli import main
-from aidsr.core.artifacts import EpisodeResult, Evaluation
+from aidsr.core.artifacts import EpisodeResult, Evaluation, PlausibilityCheck
 from aidsr.core.calls import CallRecord, Question, Usage
 from aidsr.core.errors import UserError
 from aidsr.loop.run import create_run
@@ -109,7 +109,15 @@ def test_the_policy_of_a_scene_that_was_measured_again_stays_with_it(tmp_path: P
     iteration.task_report.write(tried(0.3, decisive=False).model_copy(update={"policy": policy}))
     iteration.measured_again.write(tried(0.4, decisive=False))
     (found,) = lessons_of(run)
-    assert (found.progress, found.policy_success) == (0.4, 0.5)
+    assert (found.progress, found.policy_success, found.policy_valid) == (0.4, 0.5, True)
+    assert "A short training won 50% of its development episodes. It comes to 0.4" in found.text()
+    failed = PlausibilityCheck(name="needs_cables", passed=False, measured=0.9, limit=0.5, message="wins without")
+    policy = policy.model_copy(update={"checks": (failed,)})
+    iteration.task_report.path.unlink()
+    iteration.task_report.write(tried(0.3, decisive=False).model_copy(update={"policy": policy}))
+    (found,) = lessons_of(run)
+    assert (found.policy_success, found.policy_valid, found.worth) == (0.5, False, 0.4)
+    assert "A short training won 50% of its development episodes, but not in a valid way. It comes" in found.text()
 
 
 def test_the_same_evidence_is_kept_once_as_it_was_last_collected(tmp_path: Path) -> None:

@@ -107,10 +107,11 @@ def test_states_of_a_run_follow_from_those_of_its_designs(run) -> None:
         log.write(Started())
         log.write(StepStarted(step="critique", iteration=1))
         assert (read_status(run).state, read_status(run).designs[2].doing) == ("running", "critique")
+        assert read_status(run).why_unfinished == "the run is running"
         log.write(Waiting(iteration=1))
         assert read_status(run).state == "waiting"
         log.write(Stopped(cause="error", message="no network"))
-        assert read_status(run).state == "stopped"
+        assert (read_status(run).state, read_status(run).why_unfinished) == ("stopped", "no network")
         assert read_status(run).designs[2].stopped.message == "no network"
     run.design(3).outcome.write(Outcome(outcome="invalid", reason="never stable"))
     assert (read_status(run).state, read_status(run).approved) == ("finished", 2)

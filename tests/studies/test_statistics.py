@@ -50,6 +50,17 @@ def test_a_task_of_one_run_has_no_interval() -> None:
     assert np.isnan([found.low, found.high]).all()
 
 
+def test_two_runs_that_agree_have_no_interval_and_six_have_one() -> None:
+    """Two runs in which every design wins would else be 100 %, 100 % to 100 %."""
+    for runs in (2, 5, 6):
+        for values in ({"a": alone(*[[[1.0] * 20]] * runs)}, {"a": alone(*[[[0.0] * 20]] * runs)}):
+            found = bootstrap_mean(values)
+            assert np.isnan([found.low, found.high]).all() == (runs < 6)
+            assert found.value in (0.0, 1.0)
+    three_tasks = {task: alone([[1.0]], [[0.0]]) for task in "abc"}
+    assert not np.isnan(bootstrap_mean(three_tasks).low), "the runs of all tasks count together"
+
+
 def test_designs_that_differ_widen_the_interval_more_than_episodes_do() -> None:
     mixed = bootstrap_mean({"a": alone(*[[[1.0, 0.0] * 10]] * 10)})
     split = bootstrap_mean({"a": alone(*[[[1.0] * 20]] * 5 + [[[0.0] * 20]] * 5)})
@@ -58,8 +69,8 @@ def test_designs_that_differ_widen_the_interval_more_than_episodes_do() -> None:
 
 
 def test_policies_that_differ_widen_the_interval_more_than_episodes_do() -> None:
-    mixed = bootstrap_mean({"a": alone(*[[[1.0, 0.0] * 10] * 4] * 2)})
-    split = bootstrap_mean({"a": alone(*[[[1.0] * 20] * 2 + [[0.0] * 20] * 2] * 2)})
+    mixed = bootstrap_mean({"a": alone(*[[[1.0, 0.0] * 10] * 4] * 6)})
+    split = bootstrap_mean({"a": alone(*[[[1.0] * 20] * 2 + [[0.0] * 20] * 2] * 6)})
     assert mixed.value == split.value == 0.5
     assert split.high - split.low > 2 * (mixed.high - mixed.low)
 
@@ -74,10 +85,11 @@ def test_runs_that_differ_widen_the_interval_more_than_designs_in_them_do() -> N
 
 def test_designs_and_runs_need_not_have_the_same_number_of_policies_and_designs() -> None:
     won = [1.0] * 20
-    found = bootstrap_mean({"a": [[[won]], [[won] * 5, [won]]]})
+    found = bootstrap_mean({"a": [[[won]], [[won] * 5, [won]]] * 3})
     assert (found.value, found.low, found.high) == (1.0, 1.0, 1.0)
-    uneven = bootstrap_mean({"a": [[[won]] * 3, [[[0.0] * 20]]]})
-    assert (uneven.value, uneven.low, uneven.high) == (0.75, 0.0, 1.0), "each design has the same weight"
+    uneven = bootstrap_mean({"a": [[[won]] * 3, [[[0.0] * 20]]] * 3})
+    assert uneven.value == 0.75, "each design has the same weight"
+    assert uneven.low < 0.5 < 0.9 < uneven.high
 
 
 @pytest.mark.parametrize("concepts", [1, 3])

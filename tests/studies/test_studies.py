@@ -535,6 +535,39 @@ def test_a_report_of_learned_policies_says_nothing_of_motions(
         assert "constant mean action" not in text
 
 
+def evaluated(study: Study, folder: Path, **software: object) -> Study:
+    """Return a copy of a study with one policy of each arm; the keys of `software` are fields of the evaluations."""
+    made = Study(Path(shutil.copytree(study.path, folder)), plan(seeds=1, versions={"mujoco": "3.0.0"}))
+    for number, cell in enumerate(made.cells):
+        home = training_folder_of(made.run(cell).design(1), 0)
+        home.mkdir(parents=True)
+        told = {name: values[number] for name, values in software.items()}
+        (home / "evaluation.json").write_text(evaluation(60, of=100).model_copy(update=told).model_dump_json())
+    return made
+
+
+def test_the_report_names_the_software_that_evaluated_the_policies(finished: Study, tmp_path: Path) -> None:
+    versions = {"python": "3.11.7", "mujoco": "3.3.5"}
+    alike = evaluated(finished, tmp_path / "a", commit=["abc", "abc"], versions=[versions, versions])
+    page = write_report(alike).read_text()
+    assert '<td>2 policies evaluated by</td><td class="text">commit abc, python 3.11.7, mujoco 3.3.5</td>' in page
+    assert "<td>the plan was made with</td>" in page
+    unlike = evaluated(finished, tmp_path / "b", commit=["abc", ""], versions=[versions, {}])
+    page = write_report(unlike).read_text()
+    assert page.count("<td>1 policy evaluated by</td>") == 2
+    told = "Policies were evaluated by 2 versions of the software, which can change their results: "
+    for text, wanted in ((page, True), ((unlike.path / "report.md").read_text(), True), (page_of(alike), False)):
+        assert (told + "1 by commit abc, python 3.11.7, mujoco 3.3.5; 1 by an unknown commit." in text) == wanted
+    later = evaluated(finished, tmp_path / "c", commit=["def", "def"], versions=[versions, versions])
+    differ = "commit abc, python 3.11.7, mujoco 3.3.5 and commit def, python 3.11.7, mujoco 3.3.5"
+    assert f"The studies also differ in: policies evaluated by {differ}" in " ".join(compared(alike, later).split())
+    assert "also differ" not in compared(alike, alike)
+
+
+def page_of(study: Study) -> str:
+    return (study.path / "report.html").read_text()
+
+
 def compared(one: Study, other: Study) -> str:
     out = io.StringIO()
     print_comparison(Console(file=out, width=200), one, other)

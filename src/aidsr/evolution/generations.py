@@ -24,13 +24,14 @@ from pydantic import Field
 from aidsr.core.arguments import check_type
 from aidsr.core.artifacts import SUCCESSFUL_SHARE, Artifact, Evaluation
 from aidsr.core.config import Budget, RunConfig
-from aidsr.core.errors import BudgetError, IsolationError, MjcfError, UserError
+from aidsr.core.errors import AidsrError, BudgetError, IsolationError, MjcfError, UserError
 from aidsr.core.extras import require_extra
 from aidsr.evolution.report import report
-from aidsr.loop.run import create_run, make_brief, mjcf_text, parts_of
+from aidsr.loop.run import create_run, make_brief, mjcf_text, parts_of, replace_budget
 from aidsr.loop.runner import Listen, run_designs
 from aidsr.memory import Lesson, Memory
 from aidsr.memory.collecting import lessons_of
+from aidsr.memory.lesson import policy_results
 from aidsr.runs import Run, read_status
 from aidsr.runs.files import BytesFile, JsonFile, replace_file
 from aidsr.runs.library import Library
@@ -58,11 +59,11 @@ class Plan(Artifact):
     def done_by(self, lesson: Lesson) -> bool:
         """Whether a robot does the job.
 
-        With trainings, its policy must succeed in half of the development episodes; without, every search must reach
-        the goal. A designer's own measurement in a single variation does not count.
+        With trainings, a valid policy must succeed in half of the development episodes; without, every search must
+        reach the goal. A designer's own measurement in a single variation does not count.
         """
         if self.train:
-            return (lesson.policy_success or 0.0) >= SUCCESSFUL_SHARE
+            return (lesson.valid_success or 0.0) >= SUCCESSFUL_SHARE
         return lesson.least >= _DONE and (lesson.searches > 1 or not lesson.how)
 
     def is_done(self, lessons: Iterable[Lesson]) -> bool:
@@ -146,10 +147,7 @@ class Evolution:
     def lessons(self, run: Run) -> tuple[Lesson, ...]:
         """Return the lessons of a generation, including the results of short trainings so far."""
         return tuple(
-            lesson.model_copy(update={"policy_success": trained.success_share})
-            if (trained := self.training(lesson).read())
-            else lesson
-            for lesson in lessons_of(run)
+            lesson.model_copy(update=policy_results(self.training(lesson).read())) for lesson in lessons_of(run)
         )
 
 
@@ -229,11 +227,12 @@ def run_generations(
     Raises:
         ForeignFolderError: The run of a generation was not made on this machine, and its prompts leave this process.
         UserError: The folder is not the folder of an evolution, or one of its files is damaged.
+        AidsrError: A generation stopped before it was finished, as when a model cannot be reached.
     """
     plan = evolution.asked()
     for number in range(1, plan.generations + 1):
         begun = evolution.generations()
-        run = begun.get(number) or _new_generation(evolution, plan, number, begun)
+        run = _begin_or_continue(evolution, plan, number, begun)
         if run is None:
             listen(f"generation {number}: the budget is spent")
             break
@@ -242,6 +241,8 @@ def run_generations(
         except BudgetError as error:  # what is left is too little for the first call
             listen(f"generation {number}: the budget is spent. {error}")
             break
+        if (status := read_status(run)).state != "finished":
+            raise AidsrError(f"generation {number} stopped: {status.why_unfinished}; repeat the command to continue")
         evolution.archive.add(evolution.lessons(run))
         for lesson in _to_train(evolution, plan, run):
             listen(_train(evolution, plan, run, lesson))
@@ -254,11 +255,26 @@ def run_generations(
             break
 
 
-def _new_generation(evolution: Evolution, plan: Plan, number: int, begun: Mapping[int, Run]) -> Run | None:
-    """Create the run of a generation that has not begun, and return it; None if the budget is spent."""
-    left = _left(plan, [run for earlier, run in begun.items() if 1 <= earlier < number])
+def _begin_or_continue(evolution: Evolution, plan: Plan, number: int, begun: Mapping[int, Run]) -> Run | None:
+    """Return the run of a generation; None if the budget is spent.
+
+    Unless the run is finished, its budget is what the other generations left.
+    """
+    run = begun.get(number)
+    if run is not None and read_status(run).state == "finished":
+        return run
+    left = _left(plan, [run for other, run in begun.items() if other >= 1 and other != number])
     if left is None:
         return None
+    if run is None:
+        return _new_generation(evolution, plan, number, left)
+    if left != run.budget():  # an earlier version began the next generation when this one had stopped
+        replace_budget(run, left)
+    return run
+
+
+def _new_generation(evolution: Evolution, plan: Plan, number: int, left: Budget) -> Run:
+    """Create the run of a generation with the budget that is left, and return it."""
     brief = make_brief(
         plan.objective,
         task=plan.task,
@@ -278,7 +294,7 @@ def _new_generation(evolution: Evolution, plan: Plan, number: int, begun: Mappin
 
 
 def _left(plan: Plan, spent: Iterable[Run]) -> Budget | None:
-    """Return the budget that the earlier generations left; None if it is spent."""
+    """Return the budget that the other generations left; None if it is spent."""
     budget, usage = plan.config.budget, [read_status(run).usage for run in spent]
     tokens, cost = budget.tokens, budget.cost_usd
     if tokens is not None:
@@ -322,7 +338,8 @@ def _train(evolution: Evolution, plan: Plan, run: Run, lesson: Lesson) -> str:
     except (IsolationError, MjcfError) as error:
         return f"{lesson.name} could not be trained: {error}"
     evolution.training(lesson).write(found)
-    return f"{lesson.name}: a policy wins {found.success_share:.0%} of {len(found.episodes)} development episodes"
+    won = f"{lesson.name}: a policy wins {found.success_share:.0%} of {len(found.episodes)} development episodes"
+    return won + lesson.model_copy(update=policy_results(found)).reservation
 
 
 def _measured(evolution: Evolution, plan: Plan) -> list[tuple[int, tuple[Lesson, ...]]]:

@@ -24,8 +24,9 @@ def report(planned: int, generations: Sequence[tuple[int, Sequence[Lesson]]]) ->
             "# Evolution",
             "",
             f"{len(generations)} of at most {planned} generations. Progress is that of a trial without learning on",
-            "development variations, 1 where the job is done; a policy's share is of development episodes. Neither is",
-            "a score: `aidsr train` and `aidsr evaluate` give that, on variations that no design was chosen by.",
+            "development variations, 1 where the job is done; a policy's share is of development episodes, 0 if the",
+            "policy is not valid. Neither is a score: `aidsr train` and `aidsr evaluate` give that, on variations that",
+            "no design was chosen by.",
             "",
             "| generation | scenes tried | best | mean | best policy | best body |",
             "|---|---|---|---|---|---|",
@@ -45,7 +46,7 @@ def _generation(number: int, lessons: Sequence[Lesson]) -> str:
     if not lessons:
         return f"| {number} | 0 | - | - | - | - |"
     best = max(lessons, key=lambda each: each.worth)
-    policies = [each.policy_success for each in lessons if each.policy_success is not None]
+    policies = [each.valid_success for each in lessons if each.valid_success is not None]
     mean = fmean(each.progress for each in lessons)
     return (
         f"| {number} | {len(lessons)} | {max(each.progress for each in lessons):.2f} | {mean:.2f} "
@@ -55,7 +56,7 @@ def _generation(number: int, lessons: Sequence[Lesson]) -> str:
 
 def _cell(lesson: Lesson) -> str:
     return (
-        f"| {_plain(lesson.family)} | {lesson.actuators} | {lesson.progress:.2f} | {_share(lesson.policy_success)} "
+        f"| {_plain(lesson.family)} | {lesson.actuators} | {lesson.progress:.2f} | {_share(lesson.valid_success)} "
         f"| {_plain(lesson.name)} | {lesson.evidence} |"
     )
 

@@ -41,8 +41,8 @@ def evolve(
     """Design over several generations, each told what the earlier ones measured, and return the evolution.
 
     Every stable scene is tested on its task without learning. The evolution ends when a robot succeeds in every search
-    (with `train`: when a policy succeeds in half of its development episodes), after the last generation, or when the
-    budget is spent. Repeat the same call to continue a stopped evolution; `generations` may then be larger.
+    (with `train`: when a valid policy succeeds in half of its development episodes), after the last generation, or when
+    the budget is spent. Repeat the same call to continue a stopped evolution; `generations` may then be larger.
 
         evolution = aidsr.evolve(task="gap", model="openai:gpt-5", generations=3)
         print(evolution.done, evolution.best.text())
@@ -68,7 +68,7 @@ def evolve(
     Raises:
         TypeError: An argument has the wrong type.
         UserError: Something requested does not exist or is not compatible, or `out` holds another evolution.
-        ModelError: The language model could not be reached before there were concepts.
+        AidsrError: A generation stopped before it was finished, as when a language model could not be reached.
     """
     check_type(task, str, "task must be the name of a task")
     check_type(out, (str, Path), "out must be the path of a folder")

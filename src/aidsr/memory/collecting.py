@@ -8,7 +8,7 @@ from pathlib import Path
 
 from aidsr.core.artifacts import Brief, Concept, Robot, TaskReport
 from aidsr.core.provenance import commit
-from aidsr.memory.lesson import Lesson, designer_of
+from aidsr.memory.lesson import Lesson, designer_of, policy_results
 from aidsr.memory.sessions import lessons_of_session
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.compare import attempted, compare
@@ -58,7 +58,7 @@ def _of_design(run: Run, design: DesignFolder, asked: RunRecord, brief: Brief) -
             changed=changes.changed if changes else (),
             progress_before=before[1] if before else None,
             **_measured(tried),
-            policy_success=first.policy.success_share if first and first.policy else None,
+            **policy_results(first.policy if first else None),
             model=designer_of(asked.config.model),
             evidence=evidence,
             scene_sha256=hashlib.sha256(scene.mjcf.encode()).hexdigest(),

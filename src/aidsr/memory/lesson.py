@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field
 
-from aidsr.core.artifacts import Artifact, Base
+from aidsr.core.artifacts import Artifact, Base, Evaluation
 from aidsr.core.formatting import counted, excerpt
 
 _JOB, _BODY, _FOUND, _HOW = 160, 320, 400, 160
@@ -56,6 +56,9 @@ class Lesson(Artifact):
     """Result in words: the summary of the trial, or what else the designer reported of the scene."""
     policy_success: Share | None = None
     """Share of development episodes in which a policy succeeded after a short training; None if none was trained."""
+    policy_valid: bool = True
+    """Whether this policy passed the verdict's checks of plausibility; true if none was trained, and in older lessons,
+    which do not record it."""
     model: str
     """Provider of the model that designed the robot, or the model's name if it names no provider; see `designer_of`."""
     evidence: str
@@ -85,8 +88,18 @@ class Lesson(Artifact):
 
     @property
     def worth(self) -> float:
-        """Rank of lessons on one job, 0 to 2: progress plus the success share of a policy."""
-        return self.progress + (self.policy_success or 0.0)
+        """Rank of lessons on one job, 0 to 2: progress plus the success share of a valid policy."""
+        return self.progress + (self.valid_success or 0.0)
+
+    @property
+    def valid_success(self) -> float | None:
+        """Success share of the policy as it counts: 0 for one that is not valid; None if none was trained."""
+        return self.policy_success if self.policy_valid or self.policy_success is None else 0.0
+
+    @property
+    def reservation(self) -> str:
+        """Clause to append to the success share of a policy that is not valid; "" for others."""
+        return "" if self.policy_valid or not self.policy_success else ", but not in a valid way"
 
     @property
     def step(self) -> float:
@@ -101,11 +114,17 @@ class Lesson(Artifact):
             f"Measured: {self._measured()}.",
         ]
         if self.policy_success is not None:
-            parts.append(f"A short training won {self.policy_success:.0%} of its development episodes.")
+            won = f"A short training won {self.policy_success:.0%} of its development episodes"
+            parts.append(f"{won}{self.reservation}.")
         if self.progress_before is not None:
             changed = excerpt("; ".join(self.changed), 200)
             parts.append(f"The attempt before came to {self.progress_before:.2f}; changed since: {changed}.")
         return " ".join([*parts, excerpt(_line(self.found), _FOUND), f"[{self.evidence}]"])
+
+
+def policy_results(policy: Evaluation | None) -> dict[str, Any]:
+    """Return the fields of a lesson that tell the result of a short training; none if no policy was trained."""
+    return {"policy_success": policy.success_share, "policy_valid": policy.valid} if policy else {}
 
 
 def designer_of(model: str) -> str:

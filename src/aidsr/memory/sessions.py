@@ -66,6 +66,7 @@ def lessons_of_session(iteration: IterationFolder, evidence: str, asked: RunReco
             solved=best.figures.get("success", 0.0) >= SUCCESSFUL_SHARE,
             found=session.found(scene),
             policy_success=trained.figures.get("success") if trained else None,
+            policy_valid=trained is None or bool(trained.figures.get("valid", 0.0)),
             model=designer_of(asked.config.model),
             evidence=f"{evidence}/{WORK_FOLDER}/{scene}",
             scene_sha256=hashlib.sha256(mjcf.encode()).hexdigest(),

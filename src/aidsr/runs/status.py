@@ -81,6 +81,13 @@ class RunStatus(Artifact):
         """Number of approved designs."""
         return sum(design.outcome is not None and design.outcome.outcome == "approved" for design in self.designs)
 
+    @property
+    def why_unfinished(self) -> str:
+        """Why a run that is not finished ended: what stopped it and its designs, else its state; without full stop."""
+        reasons = [stopped for stopped in (self.stopped, *(each.stopped for each in self.designs)) if stopped]
+        messages = dict.fromkeys(stopped.message.rstrip(".") for stopped in reasons)
+        return "; ".join(messages) or f"the run is {self.state}"
+
     def design(self, number: int) -> DesignStatus:
         """Return a design by its number, which can differ from its position if folders were deleted.
 

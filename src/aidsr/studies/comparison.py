@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from aidsr.core.artifacts import Artifact
-from aidsr.studies.outcomes import DesignRow, read_outcomes
+from aidsr.studies.outcomes import DesignRow, evaluated_by, read_outcomes
 from aidsr.studies.report import other_episodes_in_words
 from aidsr.studies.study import Study, as_study
 from aidsr.studies.tables import Difference, differences
@@ -48,7 +48,7 @@ def compare(one: str | Path | Study, other: str | Path | Study) -> StudyComparis
         nothing = "The studies have no finished design in common: no design with the same task, run and number is "
         return StudyComparison(differences=(), notes=(f"{nothing}finished in both.",))
     notes = [note for name, study in studies.items() for note in _notes(study, rows[name])]
-    unlike = _unlike(*studies.values())
+    unlike = _unlike(*studies.values(), *rows.values())
     return StudyComparison(differences=found, notes=(*notes, *([unlike] if unlike else [])))
 
 
@@ -70,11 +70,21 @@ def _notes(study: Study, rows: list[DesignRow]) -> Iterator[str]:
         yield f"{study.path.name}: {other}"
 
 
-def _unlike(one: Study, other: Study) -> str:
-    """Return a sentence with other differences of two plans that could explain one of the results; empty if none."""
+def _unlike(one: Study, other: Study, rows: Sequence[DesignRow], others: Sequence[DesignRow]) -> str:
+    """Return a sentence with other differences of two studies that could explain one of the results; empty if none.
+
+    Args:
+        one: The first study.
+        other: The second study.
+        rows: The rows of the first study that are compared.
+        others: The rows of the second study that are compared.
+    """
     unlike = [
         f"{name} {getattr(one.plan, name)} and {getattr(other.plan, name)}"
         for name in ("benchmark_version", "level", "seeds", "steps", "protocol", "perturbed", "versions")
         if getattr(one.plan, name) != getattr(other.plan, name)
     ]
+    software = [sorted(evaluated_by(each)) for each in (rows, others)]
+    if all(software) and software[0] != software[1]:
+        unlike.append("policies evaluated by " + " and ".join(" or ".join(each) for each in software))
     return f"The studies also differ in: {'; '.join(unlike)}" if unlike else ""

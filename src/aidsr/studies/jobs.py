@@ -181,8 +181,7 @@ def _design(study: Study, job: Job) -> None:
     if limits := exhausted_limits(run):
         raise BudgetError(f"{cell.name} used up its share of the study's limit on {format_limits(limits)}", *limits)
     if status.state != "finished":
-        reasons = [stopped for stopped in (status.stopped, *(d.stopped for d in status.designs)) if stopped]
-        raise AidsrError("; ".join(stopped.message for stopped in reasons) or f"the run is {status.state}")
+        raise AidsrError(status.why_unfinished)
 
 
 def _require_model_of_arm(run: Run, model: str) -> None:

@@ -131,6 +131,18 @@ def paid_usd(study: Study, rows: Sequence[DesignRow]) -> float | None:
     return paid
 
 
+def evaluated_by(rows: Iterable[DesignRow]) -> Counter[str]:
+    """Return the number of policies that each version of the software evaluated: its commit and packages, in words."""
+    return Counter(
+        ", ".join(
+            [f"commit {each.commit}" if each.commit else "an unknown commit"]
+            + [f"{package} {version}" for package, version in each.versions.items()]
+        )
+        for row in rows
+        for each in row.evaluations
+    )
+
+
 def _rows_of(study: Study, cell: Cell) -> Iterator[DesignRow]:
     expected, run = study.arm(cell.arm).config.concepts, study.run(cell)
     status = read_status(run) if run else None

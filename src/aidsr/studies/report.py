@@ -17,7 +17,7 @@ from aidsr.core.html import html_template
 from aidsr.runs.files import replace_file
 from aidsr.studies import plots
 from aidsr.studies.gallery import gallery
-from aidsr.studies.outcomes import DesignRow, count_repairs, read_outcomes, read_repairs
+from aidsr.studies.outcomes import DesignRow, count_repairs, evaluated_by, read_outcomes, read_repairs
 from aidsr.studies.records import COLUMNS, record_of
 from aidsr.studies.runner import read_failures
 from aidsr.studies.study import Study, StudyPlan
@@ -194,7 +194,12 @@ def _reached(study: Study, whole: Line) -> str:
 
 def _notes(study: Study, rows: Sequence[DesignRow]) -> list[str]:
     """Return a sentence for each fact that limits what the results of the policies mean."""
-    notes = (resumed_in_words(rows), other_episodes_in_words(study.plan, rows), *_unneeded_in_words(rows))
+    notes = (
+        resumed_in_words(rows),
+        other_episodes_in_words(study.plan, rows),
+        _unlike_software_in_words(rows),
+        *_unneeded_in_words(rows),
+    )
     return [note for note in notes if note]
 
 
@@ -214,6 +219,17 @@ def other_episodes_in_words(plan: StudyPlan, rows: Sequence[DesignRow]) -> str:
     return (
         f"{counted(other, 'policy')} evaluated on another number of held-out episodes than {plan.verdict_episodes}: "
         "not comparable; evaluate again with aidsr evaluate without --episodes."
+    )
+
+
+def _unlike_software_in_words(rows: Sequence[DesignRow]) -> str:
+    """Return a sentence with the versions of the software that evaluated the policies; empty if it was only one."""
+    found = evaluated_by(rows).most_common()
+    if len(found) < 2:
+        return ""
+    counts = "; ".join(f"{count} by {software}" for software, count in found)
+    return (
+        f"Policies were evaluated by {len(found)} versions of the software, which can change their results: {counts}."
     )
 
 
@@ -309,6 +325,7 @@ def _page(
         reached=_reached(study, line_of("all", rows)),
         notes=_notes(study, rows),
         count=counted,
+        evaluated_by=evaluated_by(rows).most_common(),
         perturbed=_perturbed(study.plan),
         written=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
     )

@@ -37,7 +37,7 @@ def bootstrap_mean(values: Mapping[str, Sequence[Sequence[Policies]]], seed: int
         seed: Seed of the random generator.
 
     Returns:
-        The mean; the ends are nan where a task has only one run, because nothing then says how runs differ.
+        The mean; the ends are nan where an interval cannot be estimated, see `_has_interval`.
 
     Source: A. C. Davison and D. V. Hinkley, Bootstrap Methods and their Application (1997), section 3.8.
     """
@@ -46,11 +46,20 @@ def bootstrap_mean(values: Mapping[str, Sequence[Sequence[Policies]]], seed: int
     if not tables:
         return Interval(math.nan, math.nan, math.nan)
     mean = float(np.mean([np.mean([shares.mean() for run in runs for shares, _ in run]) for runs in tables]))
-    if any(len(runs) == 1 for runs in tables):
+    if not _has_interval([len(runs) for runs in tables]):
         return Interval(mean, math.nan, math.nan)
     rng = np.random.default_rng(seed)
     draws = np.mean([_redrawn(runs, rng) for runs in tables], axis=0)
     return Interval(mean, *_percentiles(draws))
+
+
+def _has_interval(runs: Sequence[int]) -> bool:
+    """Whether an interval can be estimated from these numbers of runs, one for each task.
+
+    It takes `FEWEST_RUNS` runs in total, as few runs agree by chance, and two of each task: one does not say how runs
+    differ.
+    """
+    return sum(runs) >= FEWEST_RUNS and min(runs) > 1
 
 
 Shares = tuple[NDArray[np.float64], NDArray[np.int64]]
@@ -67,8 +76,7 @@ class PairedDifference:
     """Mean difference of paired values, with its interval and p value."""
 
     interval: Interval
-    """The mean; the ends are nan where an interval cannot be estimated: with fewer than `FEWEST_RUNS` runs, or with a
-    task of one run."""
+    """The mean; the ends are nan where an interval cannot be estimated, see `_has_interval`."""
     p_value: float
     """Two-sided p value: probability of a mean at least as far from zero when the sign of each run is random. It is not
     below 0.05 for fewer than `FEWEST_RUNS` runs."""
@@ -113,7 +121,7 @@ def paired_difference(
     parts = [sums / sizes.sum() / len(tables) for sums, sizes in tables]
     value = float(sum(part.sum() for part in parts))
     low, high = math.nan, math.nan
-    if count >= FEWEST_RUNS and all(sums.size > 1 for sums, _ in tables):
+    if _has_interval([sums.size for sums, _ in tables]):
         low, high = _percentiles(np.mean([_resampled(*table, rng) for table in tables], axis=0))
     return PairedDifference(
         Interval(value, low, high), _p_value(parts, rng), int(sum(sizes.sum() for _, sizes in tables)), count

@@ -26,7 +26,7 @@ from aidsr.tasks import BENCHMARK_VERSION
 from aidsr.teams.providers import destination
 from aidsr.teams.providers.offline import REFERENCE, SEARCH
 
-_PACKAGES = ("aidsr", "mujoco", "numpy", "pydantic-ai-slim", "stable-baselines3", "torch")
+_PACKAGES = ("aidsr", "mujoco", "numpy", "cma", "pydantic-ai-slim", "stable-baselines3", "torch")
 _BASELINES = {REFERENCE.prefix: "robots designed by hand", SEARCH.prefix: "parameters found by CMA-ES"}
 _METHODS: dict[Method, str] = {
     "no_judge": "no Judge",

@@ -97,7 +97,7 @@ class ArmLine(Artifact):
     success_low: float | None
     success_high: float | None
     """Upper end, with `success_low`, of the 95 % interval of the mean success rate in held-out episodes; None
-    where a task has only one run.
+    if the runs are too few.
 
     Every task has the same weight; see `bootstrap_mean`.
     """

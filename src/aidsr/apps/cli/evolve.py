@@ -38,9 +38,9 @@ def evolve(
     """Design over several generations: each one uses the measurements of the best and most informative earlier robots.
 
     Every stable scene is tested on its task without learning. The evolution ends when a robot succeeds in every search
-    (with --train: when a policy succeeds in half of its development episodes), after the last generation, or when the
-    budget is used up. To continue a stopped evolution, repeat the command; --generations may then be larger. Exit code
-    0: a robot succeeds. 1: none does.
+    (with --train: when a valid policy succeeds in half of its development episodes), after the last generation, or when
+    the budget is used up. To continue a stopped evolution, repeat the command; --generations may then be larger. Exit
+    code 0: a robot succeeds. 1: none does.
 
         aidsr evolve --task gap --generations 3 --model openai:gpt-5
 
