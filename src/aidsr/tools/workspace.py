@@ -223,7 +223,10 @@ class Workspace:
                 return MeasuredScene(mjcf=mjcf)
             return MeasuredScene(mjcf=mjcf, environment=brief.environment, mount=MOUNTS[brief.base])
         record = self.record(name)
-        task, goal = (record.task, record.goal) if not is_own(record.task) else ("", self._goal(record.task))
+        if is_own(record.task):
+            task, goal = "", self._goal(record.task)
+        else:
+            task, goal = record.task, self.job.goal if self.job else record.goal  # a run may have been moved
         return MeasuredScene(mjcf=mjcf, task=task, level=record.level, goal=goal, groups=record.groups)
 
     def record(self, name: str) -> SceneRecord:
