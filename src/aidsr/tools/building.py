@@ -12,7 +12,7 @@ from aidsr.core.errors import AidsrError, ReplyError, UserError
 from aidsr.core.formatting import format_number
 from aidsr.fixes.engine import fix as fix_mjcf
 from aidsr.mjcf.size_limits import SizeLimits
-from aidsr.render.pictures import filmstrip, picture
+from aidsr.render.pictures import picture
 from aidsr.render.view import View
 from aidsr.sim.assembly import assemble as assemble_scene
 from aidsr.sim.standing import stand as stand_on_ground
@@ -20,7 +20,8 @@ from aidsr.tasks import Level, Task
 from aidsr.tasks.targets import targets_and_mounts, targets_of
 from aidsr.teams.llm.patch import apply_patch
 from aidsr.teams.llm.replies import MAX_CHARACTERS, check_groups, check_part
-from aidsr.tools.motions import controls, scene_facts
+from aidsr.tools.motions import scene_facts
+from aidsr.tools.playing import film_script
 from aidsr.tools.scene import MeasuredScene
 from aidsr.tools.tool import MOST_LINES, Result
 from aidsr.tools.workspace import RobotTest, Workspace, is_own
@@ -208,10 +209,9 @@ def look(
     if not script:
         start = [*unstable(workspace, subject), f"{subject} at the start"]
         return Result(text="\n".join(start), pictures=(picture(workspace.mjcf(subject), view=view),))
-    ctrl = controls(workspace.subject(subject), script, seconds)
-    strip = filmstrip(workspace.mjcf(subject), ctrl=ctrl.rows, frames_per_s=ctrl.per_s, seconds=seconds, view=view)
-    told = [*unstable(workspace, subject), f"{subject}: five moments of {seconds:g} s, from left to right"]
-    return Result(text="\n".join(told), pictures=(strip,))
+    played = film_script(workspace.subject(subject), script, seconds=seconds)
+    moments = f"{subject}: five moments of {played.duration_s:g} s of development variation 0, from left to right"
+    return Result(text="\n".join([*unstable(workspace, subject), moments]), pictures=(played.strip(5, view),))
 
 
 def unstable(workspace: Workspace, subject: str) -> list[str]:
