@@ -360,6 +360,23 @@ def test_results_that_are_long_become_files(tmp_path: Path) -> None:
     assert call(work, "read", name="file_1.txt", first_line=150, lines=1).endswith("line 149")
 
 
+def test_no_file_is_overwritten_after_another_was_removed(tmp_path: Path) -> None:
+    work = Workspace(tmp_path)
+    assert [work.add_file(text, "txt") for text in "abc"] == ["file_1.txt", "file_2.txt", "file_3.txt"]
+    (tmp_path / "file_1.txt").unlink()
+    assert work.add_file("d", "txt") == "file_4.txt"
+    assert work.file("file_3.txt") == "c"
+
+
+def test_files_of_others_in_the_folder_are_not_listed(tmp_path: Path) -> None:
+    work = with_cart(tmp_path)
+    (work.folder / "robot_backup").mkdir()
+    (work.folder / "task_notes.md").touch()
+    assert work.own_tasks() == []
+    with pytest.raises(UserError, match=r'no robot "robot_9"; robots: robot_1$'):
+        work.robot("robot_9")
+
+
 def test_a_damaged_scene_is_said(tmp_path: Path) -> None:
     work = with_cart(tmp_path)
     (work.folder / "scene_1" / "scene.json").unlink()

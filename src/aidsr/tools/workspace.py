@@ -6,7 +6,7 @@ import re
 import shutil
 import threading
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
@@ -30,7 +30,7 @@ _MJCF = {
     "task": ("environment.xml", "make the task"),
 }
 """MJCF file of each kind of entry, and advice on how to make the entry again."""
-_NAME = re.compile(r"(robot|scene|task|file)_[1-9]\d{0,5}(\.\w+)?")
+_NAME = re.compile(r"(robot|scene|task|file)_(?P<number>[1-9]\d{0,5})(\.\w+)?")
 
 
 def is_own(task: str) -> bool:
@@ -330,10 +330,11 @@ class Workspace:
         """Store a text as a file and return its name."""
         with self._lock:
             self.folder.mkdir(parents=True, exist_ok=True)
-            number = 1 + sum(1 for _ in self.folder.glob("file_*"))
-            path = self.folder / f"file_{number}.{suffix}"
-            path.write_text(text, encoding="utf-8")
-        return path.name
+            while True:
+                name = f"file_{1 + max(map(_number, self._names('file')), default=0)}.{suffix}"
+                with suppress(FileExistsError), (self.folder / name).open("x", encoding="utf-8") as file:
+                    file.write(text)
+                    return name
 
     def skip(self, kind: Literal["robot", "scene"]) -> str:
         """Reserve the next name of a kind for an entry that could not be made, and return the name."""
@@ -384,5 +385,12 @@ class Workspace:
         return ", ".join(self._names(kind)) or "none yet"
 
     def _names(self, kind: str) -> list[str]:
-        names = (path.name for path in self.folder.glob(f"{kind}_*") if not self.is_skipped(path.name))
-        return sorted(names, key=lambda name: int(re.sub(r"\D", "", name)))
+        names = (path.name for path in self.folder.glob(f"{kind}_*") if _NAME.fullmatch(path.name))
+        return sorted((name for name in names if not self.is_skipped(name)), key=_number)
+
+
+def _number(name: str) -> int:
+    """Return the number in the name of an entry or a file."""
+    match = _NAME.fullmatch(name)
+    assert match is not None, "only such names are given"
+    return int(match["number"])
