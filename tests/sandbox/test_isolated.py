@@ -79,7 +79,9 @@ def test_values_travel_there_and_back_and_the_worker_stays_warm() -> None:
 
 def test_a_relative_path_means_the_callers_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    assert misbehaving.absolute(Path("goal.json")) == tmp_path / "goal.json"
+    box = misbehaving.Box((Path("nested.json"), tmp_path / "absolute.json"))
+    expected = tuple(tmp_path / name for name in ("goal.json", "nested.json", "absolute.json"))
+    assert misbehaving.absolute(Path("goal.json"), box) == expected
 
 
 def test_a_decorated_function_keeps_its_name_and_signature() -> None:

@@ -9,10 +9,11 @@ import pytest
 from tests.scenes import small_arm
 from tests.tools.test_statics import limb
 
-from aidsr.core.artifacts import Brief
+from aidsr.core.artifacts import Brief, ValidationReport
 from aidsr.core.errors import AidsrError, UserError
 from aidsr.sim.environment_summary import summarize_environment
 from aidsr.tools import OWNER_TOOLS, TOOLS, Job, Workspace, tools_table
+from aidsr.validation import validate
 
 ENVIRONMENT = """
 <mujoco>
@@ -91,6 +92,36 @@ def test_a_robot_is_kept_edited_and_fixed_under_new_names(tmp_path: Path) -> Non
     assert call(work, "fix", robot="robot_1") == "nothing of robot_1 can be fixed by code: it has no fault"
     call(work, "edit", robot="robot_1", patch="<set sel=\"//joint\" damping='0.00001'/>")
     assert "; fixed from robot_3" in call(work, "fix", robot="robot_3")
+
+
+def test_a_robot_is_tested_and_measured_as_it_was_validated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tests: list[dict[str, object]] = []
+
+    def recorded(mjcf: str, **settings: object) -> ValidationReport:
+        tests.append(settings)
+        return validate(mjcf, **settings)
+
+    monkeypatch.setattr("aidsr.tools.building.validate_mjcf", recorded)
+    work = Workspace(tmp_path)
+    settings = {"mount": "free", "realizable": True, "task": "simple_grasping"}
+    call(work, "validate", mjcf=small_arm(), functional_part="tip", **settings)
+    call(work, "edit", robot="robot_1", patch="<set sel=\"//joint\" damping='0.00001'/>")
+    assert "; fixed from robot_2" in call(work, "fix", robot="robot_2")
+    assert len(tests) == 4
+    assert all(each == tests[0] for each in tests)
+    assert tests[0].items() >= {"mount": "free", "realizable": True, "needs_contact": True}.items()
+    assert [work.subject(f"robot_{number}").mount for number in (1, 2, 3)] == ["free"] * 3
+
+
+def test_a_free_robot_alone_stands_on_a_plane_when_it_is_measured(tmp_path: Path) -> None:
+    work = Workspace(tmp_path)
+    rolling = small_arm().replace('<body name="base">', '<body name="base" pos="0 0 0.1"><freejoint/>')
+    call(work, "validate", mjcf=rolling, functional_part="tip")
+    how = {"part": "base", "direction": [0, 0, 1], "force_n": 1}
+    lifted = call(work, "measure", what="load", subject="robot_1", how=how)
+    assert float(re.search(r"gives ([\d.]+) mm", lifted)[1]) > 10
+    with pytest.raises(UserError, match="diverged during the measurement; use a smaller force"):
+        call(work, "measure", what="load", subject="robot_1", how=how | {"force_n": 5})
 
 
 @pytest.mark.parametrize(
@@ -327,6 +358,23 @@ def test_results_that_are_long_become_files(tmp_path: Path) -> None:
     assert len(short.splitlines()) == MOST_LINES
     assert short.endswith("more lines: read file_1.txt")
     assert call(work, "read", name="file_1.txt", first_line=150, lines=1).endswith("line 149")
+
+
+def test_no_file_is_overwritten_after_another_was_removed(tmp_path: Path) -> None:
+    work = Workspace(tmp_path)
+    assert [work.add_file(text, "txt") for text in "abc"] == ["file_1.txt", "file_2.txt", "file_3.txt"]
+    (tmp_path / "file_1.txt").unlink()
+    assert work.add_file("d", "txt") == "file_4.txt"
+    assert work.file("file_3.txt") == "c"
+
+
+def test_files_of_others_in_the_folder_are_not_listed(tmp_path: Path) -> None:
+    work = with_cart(tmp_path)
+    (work.folder / "robot_backup").mkdir()
+    (work.folder / "task_notes.md").touch()
+    assert work.own_tasks() == []
+    with pytest.raises(UserError, match=r'no robot "robot_9"; robots: robot_1$'):
+        work.robot("robot_9")
 
 
 def test_a_damaged_scene_is_said(tmp_path: Path) -> None:

@@ -81,6 +81,29 @@ def test_a_scene_of_an_own_task_is_played_and_swept_by_its_goal(tmp_path: Path) 
     assert "failed" not in call(work, "sweep", subject="scene_1", **swept).text
 
 
+def test_goals_are_found_in_a_relative_folder_and_in_a_run_that_was_moved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    own = Workspace(Path("own"))
+    make(own)
+    call(own, "validate", mjcf=small_arm(), functional_part="tip", task="task_1")
+    call(own, "assemble", robot="robot_1", placement=BESIDE_PIPE, task="task_1")
+    assert call(own, "play", scene="scene_1", script="*: -1", seconds=0.2).figures["episodes"] == 1
+
+    brief = own.brief("task_1")
+    assert brief is not None
+    brief = brief.model_copy(update={"task": ""})  # as in a run for a goal
+    Path("run").mkdir()
+    Path("run/goal.toml").write_text(VALVE.goal)
+    paid = Workspace(Path("run/work"), Job(brief, goal=Path("run/goal.toml")))
+    call(paid, "validate", mjcf=small_arm(), functional_part="tip")
+    assert "no script can be played" not in call(paid, "assemble", robot="robot_1", placement=BESIDE_PIPE).text
+    Path("run").rename("moved")
+    moved = Workspace(Path("moved/work"), Job(brief, goal=Path("moved/goal.toml")))
+    assert call(moved, "play", scene="scene_1", script="*: -1", seconds=0.2).figures["episodes"] == 1
+
+
 @pytest.mark.parametrize(
     ("goal", "message"),
     [

@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import mujoco
 import pytest
-from tests.scenes import small_arm
+from tests.scenes import small_arm, small_scene
 from tests.tools.carts import cart, play_once
 
 from aidsr.core.artifacts import Placement, Robot
@@ -14,7 +15,8 @@ from aidsr.core.errors import UserError
 from aidsr.core.formatting import format_number
 from aidsr.sim.assembly import assemble
 from aidsr.tasks import goal_task, load_task, read_goal
-from aidsr.tools.playing import play_variations
+from aidsr.tools.distances import distance_m, find_pairs
+from aidsr.tools.playing import film_script, play_variations
 from aidsr.tools.recording import validity_in_words
 from aidsr.tools.scene import MeasuredScene
 
@@ -323,6 +325,22 @@ def test_variations_that_are_won_without_cables_are_told_from_those_that_need_th
         assert bool(listed) == bool(one.not_valid)
         if one.not_valid:
             assert one.phase.endswith(f"; not valid: {' and '.join(one.not_valid)}")
+
+
+def test_a_picture_shows_the_motion_that_is_played_with_what_the_job_itself_drives() -> None:
+    lowered = MeasuredScene(mjcf=small_scene("simple_grasping"), task="simple_grasping")
+    pair = [("robot/base", "table")]
+    played = play_once(lowered, "*: -1", seconds=2.0, distances=pair)
+    shown = film_script(lowered, "*: -1", seconds=2.0)
+    model = mujoco.MjModel.from_xml_string(shown.mjcf)
+    data = mujoco.MjData(model)
+    data.qpos[:] = shown.qpos[-1]
+    mujoco.mj_forward(model, data)
+    ((base, table),) = find_pairs(model, pair)
+    end_m, start_m = played.distances[0].end_m, played.distances[0].start_m
+    assert distance_m(model, data, base, table) == pytest.approx(end_m, abs=1e-4)
+    assert start_m - end_m > 0.02
+    assert shown.duration_s == pytest.approx(played.duration_s)
 
 
 def test_of_a_success_no_stage_is_told_as_missed(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ import json
 import os
 import sys
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass, is_dataclass
+from dataclasses import asdict, dataclass, is_dataclass, replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -91,6 +91,21 @@ def _paths(value: Any) -> Iterator[Path]:
     elif isinstance(value, (list, tuple, set, frozenset)):
         for one in value:
             yield from _paths(one)
+
+
+def with_absolute_paths(value: Any) -> Any:
+    """Return a value with absolute paths, also in nested models, mappings and sequences; unchanged if all are so."""
+    if isinstance(value, Path):
+        return value.absolute()
+    if all(path.is_absolute() for path in _paths(value)):
+        return value
+    if isinstance(value, BaseModel):
+        return value.model_copy(update=with_absolute_paths(dict(vars(value))))
+    if isinstance(value, Mapping):
+        return {key: with_absolute_paths(one) for key, one in value.items()}
+    if isinstance(value, (list, tuple, set, frozenset)):
+        return type(value)(with_absolute_paths(one) for one in value)
+    return replace(value, **with_absolute_paths(dict(vars(value))))  # a dataclass: nothing else has paths
 
 
 NOTHING = Access()

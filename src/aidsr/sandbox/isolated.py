@@ -20,7 +20,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, wraps
 from importlib import import_module
-from pathlib import Path
 from types import GenericAlias
 from typing import Any, ParamSpec, TypeVar, get_args, get_origin, get_type_hints, overload
 
@@ -28,7 +27,7 @@ from pydantic import ConfigDict, TypeAdapter
 
 from aidsr.core.artifacts import Fault
 from aidsr.core.errors import IsolationError, MjcfError, ReplyError, UserError, WorkerLostError
-from aidsr.sandbox.access import Access
+from aidsr.sandbox.access import Access, with_absolute_paths
 from aidsr.sandbox.environment import inside_worker
 from aidsr.sandbox.limits import Limits
 from aidsr.sandbox.pool import call_in_worker, module_path
@@ -50,8 +49,8 @@ def isolated(
     """Make a module-level function run in a worker process with limits.
 
     Arguments and result are sent as JSON according to their annotations, which must be importable at run time: pydantic
-    models, dataclasses, numbers, text, bytes and containers of them. A relative path is relative to the caller's
-    directory. The function may be called from several threads; each call has its own worker.
+    models, dataclasses, numbers, text, bytes and containers of them. A relative path, also in a model or container, is
+    relative to the caller's directory. The function may be called from several threads; each call has its own worker.
 
     A parameter annotated as `Callable[[…], None]` is a listener: it is called in the caller's process, and the function
     waits until it returns. If an argument is a Path, the worker may change files in the folder or read the file; it can
@@ -150,7 +149,7 @@ class _Function:
         bound = self._signature.bind(*args, **kwargs)
         bound.apply_defaults()
         given = bound.arguments
-        values = tuple(given[name].absolute() if isinstance(given[name], Path) else given[name] for name in self._sent)
+        values = with_absolute_paths(tuple(given[name] for name in self._sent))
         listen = given.get(self._listener)
         path = module_path()
         request = {

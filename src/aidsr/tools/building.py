@@ -7,12 +7,12 @@ from typing import Annotated
 
 from pydantic import Field
 
-from aidsr.core.artifacts import MOUNTS, ActuatorGroup, Brief, Placement, Robot, Scene, ValidationReport
+from aidsr.core.artifacts import ActuatorGroup, Placement, Robot, Scene, ValidationReport
 from aidsr.core.errors import AidsrError, ReplyError, UserError
 from aidsr.core.formatting import format_number
 from aidsr.fixes.engine import fix as fix_mjcf
 from aidsr.mjcf.size_limits import SizeLimits
-from aidsr.render.pictures import filmstrip, picture
+from aidsr.render.pictures import picture
 from aidsr.render.view import View
 from aidsr.sim.assembly import assemble as assemble_scene
 from aidsr.sim.standing import stand as stand_on_ground
@@ -20,10 +20,11 @@ from aidsr.tasks import Level, Task
 from aidsr.tasks.targets import targets_and_mounts, targets_of
 from aidsr.teams.llm.patch import apply_patch
 from aidsr.teams.llm.replies import MAX_CHARACTERS, check_groups, check_part
-from aidsr.tools.motions import controls, scene_facts
+from aidsr.tools.motions import scene_facts
+from aidsr.tools.playing import film_script
 from aidsr.tools.scene import MeasuredScene
 from aidsr.tools.tool import MOST_LINES, Result
-from aidsr.tools.workspace import Workspace, is_own
+from aidsr.tools.workspace import RobotTest, Workspace, is_own
 from aidsr.validation import validate as validate_mjcf
 from aidsr.validation.validator import Mount
 
@@ -65,7 +66,7 @@ def validate(
     if "<" not in mjcf:  # loaders treat such a text as a path; a client must not make the server read files
         raise UserError(f"not an MJCF document: {mjcf[:80]!r}; give the text of one, not its path")
     robot = Robot(mjcf=mjcf, functional_part=functional_part, actuator_groups=actuator_groups)
-    return _kept(workspace, robot, (), task=task, mount=mount, realizable=realizable)
+    return _kept(workspace, robot, (), RobotTest(task=task, mount=mount, realizable=realizable))
 
 
 def edit(
@@ -101,21 +102,20 @@ def edit(
     else:
         mjcf = before.mjcf
     changed = Robot(mjcf=mjcf, functional_part=part, actuator_groups=groups)
-    return _kept(workspace, changed, (f"changed from {robot}",), task=workspace.task_of_robot(robot))
+    return _kept(workspace, changed, (f"changed from {robot}",), workspace.test_of_robot(robot))
 
 
 def fix(workspace: Workspace, robot: RobotName) -> Result:
     """Let code cure what it can of a robot's faults, keep the result under a new name, and validate it."""
     before = workspace.robot(robot)
-    task = workspace.task_of_robot(robot)
-    brief = workspace.brief(task)
-    faults = validate_mjcf(before.mjcf, mount=_mount(brief), environment=brief.environment if brief else "").faults
+    test = workspace.test_of_robot(robot)
+    faults = _tested(workspace, before.mjcf, test).faults
     kept = {before.functional_part, *(name for group in before.actuator_groups for name in group.actuators)} - {""}
     fixed = fix_mjcf(before.mjcf, faults, kept_names=kept)
     if not fixed.total:
         return Result(text=f"nothing of {robot} can be fixed by code: {', '.join(fixed.unfixed) or 'it has no fault'}")
     cured = before.model_copy(update={"mjcf": fixed.mjcf})
-    return _kept(workspace, cured, (f"fixed from {robot}", *fixed.notes), task=task)
+    return _kept(workspace, cured, (f"fixed from {robot}", *fixed.notes), test)
 
 
 def assemble(
@@ -209,10 +209,9 @@ def look(
     if not script:
         start = [*unstable(workspace, subject), f"{subject} at the start"]
         return Result(text="\n".join(start), pictures=(picture(workspace.mjcf(subject), view=view),))
-    ctrl = controls(workspace.subject(subject), script, seconds)
-    strip = filmstrip(workspace.mjcf(subject), ctrl=ctrl.rows, frames_per_s=ctrl.per_s, seconds=seconds, view=view)
-    told = [*unstable(workspace, subject), f"{subject}: five moments of {seconds:g} s, from left to right"]
-    return Result(text="\n".join(told), pictures=(strip,))
+    played = film_script(workspace.subject(subject), script, seconds=seconds)
+    moments = f"{subject}: five moments of {played.duration_s:g} s of development variation 0, from left to right"
+    return Result(text="\n".join([*unstable(workspace, subject), moments]), pictures=(played.strip(5, view),))
 
 
 def unstable(workspace: Workspace, subject: str) -> list[str]:
@@ -255,26 +254,11 @@ def read(
     return Result(text="\n".join([f"{name}, lines {first_line} to {last} of {len(every)}:", *shown]))
 
 
-def _kept(
-    workspace: Workspace,
-    robot: Robot,
-    notes: tuple[str, ...],
-    *,
-    task: str,
-    mount: Mount = "auto",
-    realizable: bool = False,
-) -> Result:
+def _kept(workspace: Workspace, robot: Robot, notes: tuple[str, ...], test: RobotTest) -> Result:
     """Validate a robot, store it in the workspace, and return the verdict."""
     _check_names(robot)
-    brief = workspace.brief(task)
-    report = validate_mjcf(
-        robot.mjcf,
-        mount=_mount(brief, mount),
-        needs_contact=bool(brief and brief.needs_contact),
-        environment=brief.environment if brief else "",
-        realizable=realizable,
-    )
-    name = workspace.add_robot(robot, task)
+    report = _tested(workspace, robot.mjcf, test)
+    name = workspace.add_robot(robot, test)
     measured = report.measurements
     lines = ["; ".join([f"{name}: {_verdict(report)}", *notes]), *_faults(report)]
     if "characteristic_length_m" in measured:
@@ -284,6 +268,18 @@ def _kept(
             f"{measured['degrees_of_freedom']} degrees of freedom"
         )
     return Result(text="\n".join(lines))
+
+
+def _tested(workspace: Workspace, mjcf: str, test: RobotTest) -> ValidationReport:
+    """Validate a robot alone, for its task or for the job."""
+    brief = workspace.brief(test.task)
+    return validate_mjcf(
+        mjcf,
+        mount=test.mount_for(brief),
+        needs_contact=bool(brief and brief.needs_contact),
+        environment=brief.environment if brief else "",
+        realizable=test.realizable,
+    )
 
 
 def _check_names(robot: Robot) -> None:
@@ -312,7 +308,3 @@ def _verdict(report: ValidationReport) -> str:
 def _faults(report: ValidationReport) -> list[str]:
     """Return a list with the text of all faults, empty without faults."""
     return [report.account()] if report.faults else []
-
-
-def _mount(brief: Brief | None, mount: Mount = "auto") -> Mount:
-    return MOUNTS[brief.base] if mount == "auto" and brief else mount

@@ -1,20 +1,10 @@
-"""Facts about a scene before a script is played, and conversion of a script to controls for pictures."""
+"""Facts about a scene before a script is played."""
 
 from __future__ import annotations
 
-from aidsr.core.artifacts import Artifact
 from aidsr.core.formatting import format_check
 from aidsr.sandbox.isolated import isolated
 from aidsr.tools.scene import MeasuredScene
-
-
-class Controls(Artifact):
-    """Controls of all actuators of a scene over time."""
-
-    rows: tuple[tuple[float, ...], ...]
-    """Controls in each frame (n_frames, nu)."""
-    per_s: float
-    """Frames per second."""
 
 
 @isolated
@@ -51,24 +41,3 @@ def scene_facts(scene: MeasuredScene) -> tuple[str, ...]:
         *([] if part.passed else [f"no policy is valid: {part.message}: {format_check(part)}; name a smaller part"]),
         *commands_in_words(loaded),
     )
-
-
-@isolated
-def controls(scene: MeasuredScene, script: str, seconds: float) -> Controls:
-    """Return the controls of a scene under a script; actuators that the environment itself drives stay at 0.
-
-    Raises:
-        UserError: The script cannot be parsed or names an unknown group, or the scene does not belong to its task.
-        MjcfError: The scene cannot be loaded.
-    """
-    import numpy as np
-
-    from aidsr.learn.openloop.script import script_policy
-
-    loaded = scene.load()
-    policy = script_policy(loaded, script)
-    steps = max(1, round(seconds / loaded.task.control_dt_s))
-    actions = np.array([policy.at(step * loaded.task.control_dt_s) for step in range(steps)])
-    rows = np.zeros((steps, loaded.model.nu))
-    rows[:, list(loaded.actions.actuators)] = loaded.actions.ctrl(actions)
-    return Controls(rows=tuple(tuple(row) for row in rows.tolist()), per_s=1.0 / loaded.task.control_dt_s)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from aidsr.learn.openloop.film import Film, record_film
 from aidsr.sandbox.isolated import isolated
 from aidsr.sandbox.limits import Limits
 from aidsr.tools.recording import Recording
@@ -67,6 +68,22 @@ def play_variations(
         return tuple(played)
     found = dict(zip(won, _played_again(loaded, tracks, won), strict=True))
     return tuple(one.model_copy(update=found.get(one.variation, {})) for one in played)
+
+
+@isolated(limits=_LIMITS)
+def film_script(scene: MeasuredScene, script: str, *, variation: int = 0, seconds: float = 0.0) -> Film:
+    """Play a script as `play_variations` does and return the episode, ready to be rendered.
+
+    Raises:
+        UserError: The script cannot be parsed or names an unknown group, or the scene does not belong to its task.
+        MjcfError: The scene cannot be loaded.
+        IsolationError: Playing exceeded a limit.
+    """
+    from aidsr.learn.openloop.script import script_policy
+
+    loaded = scene.load()
+    chosen = loaded.task.variation("development", variation)
+    return record_film(loaded, _episodes(loaded, loaded.model, [chosen], seconds), script_policy(loaded, script))
 
 
 @isolated(limits=_POLICY_LIMITS, prepare=("aidsr.learn.rl.trained",))

@@ -183,6 +183,9 @@ def _settle(model: mujoco.MjModel, data: mujoco.MjData, ctrl: Vector, force: Vec
         ctrl: Final controls (nu,).
         force: Buffer for generalized forces (nv,).
         push: Point in the body's frame (3,) [m], number of the body, and force in world axes (3,) [N]; None for none.
+
+    Raises:
+        UserError: The simulation diverged.
     """
     start, began_s = data.ctrl.copy(), data.time
     look = max(1, round(_LOOK_S / model.opt.timestep))
@@ -199,5 +202,7 @@ def _settle(model: mujoco.MjModel, data: mujoco.MjData, ctrl: Vector, force: Vec
         if over and step % look == 0 and np.abs(data.qvel).max(initial=0.0) < _AT_REST:
             mujoco.mj_forward(model, data)
             return True
+    if not np.isfinite(data.qpos).all():
+        raise UserError("the simulation diverged during the measurement; use a smaller force, or correct the robot")
     mujoco.mj_forward(model, data)
     return False

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from aidsr.core.artifacts import ActuatorGroup, Artifact
 from aidsr.core.errors import UserError
 from aidsr.tasks import Level
+from aidsr.validation.validator import Mount
 
 if TYPE_CHECKING:
     from aidsr.learn.episodes.scene import TaskScene
@@ -28,8 +29,8 @@ class MeasuredScene(Artifact):
     environment: str = ""
     """MJCF of the environment for which a robot alone is meant; its physics options and the direction of gravity at its
     mount are used."""
-    mount: Literal["auto", "fixed", "free"] = "fixed"
-    """How the root of a robot alone is held."""
+    mount: Mount = "auto"
+    """How the root of a robot alone is held, as in `aidsr.validate`."""
 
     @property
     def has_job(self) -> bool:

@@ -27,6 +27,7 @@ def bends(subject: MeasuredScene, *, pull: float = 1.0) -> Measured:
         pull: Share of the control range, 0 to 1, from the neutral control to the end that pulls.
 
     Raises:
+        UserError: The simulation diverged.
         MjcfError: The model cannot be loaded.
         IsolationError: The measurement exceeded a limit.
     """
@@ -78,7 +79,7 @@ def load(subject: MeasuredScene, part: str, *, force_n: float = 0.5, direction: 
         direction: Direction of the force in world axes, or in the axes of the root of a robot alone; of any length.
 
     Raises:
-        UserError: There is no such part, or the direction is zero.
+        UserError: There is no such part, the direction is zero, or the simulation diverged.
         MjcfError: The model cannot be loaded.
         IsolationError: The measurement exceeded a limit.
     """
@@ -118,7 +119,7 @@ def clearances(subject: MeasuredScene, pairs: Sequence[tuple[str, str]]) -> Meas
         pairs: Names of two sites, geoms or bodies each; distances of geoms and bodies are those of their surfaces.
 
     Raises:
-        UserError: A name is unknown, or nothing can be measured between the two.
+        UserError: A name is unknown, nothing can be measured between the two, or the simulation diverged.
         MjcfError: The model cannot be loaded.
     """
     from aidsr.core.errors import UserError

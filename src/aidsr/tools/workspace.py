@@ -6,7 +6,7 @@ import re
 import shutil
 import threading
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
@@ -22,6 +22,7 @@ from aidsr.runs.folders import DesignFolder
 from aidsr.runs.status import newest
 from aidsr.tasks import Level, Task, goal_task, load_task, read_goal
 from aidsr.tools.scene import MeasuredScene
+from aidsr.validation.validator import Mount
 
 _MJCF = {
     "robot": ("robot.xml", "validate the robot"),
@@ -29,9 +30,7 @@ _MJCF = {
     "task": ("environment.xml", "make the task"),
 }
 """MJCF file of each kind of entry, and advice on how to make the entry again."""
-_TASK = "task"
-"""Key in the JSON file of a robot for the task that it is meant for."""
-_NAME = re.compile(r"(robot|scene|task|file)_[1-9]\d{0,5}(\.\w+)?")
+_NAME = re.compile(r"(robot|scene|task|file)_(?P<number>[1-9]\d{0,5})(\.\w+)?")
 
 
 def is_own(task: str) -> bool:
@@ -56,6 +55,23 @@ class TaskRecord(Artifact):
     """Data of an own task in addition to its environment and goal."""
 
     objective: str
+
+
+class RobotTest(Artifact):
+    """Settings of the test of a robot alone, stored in the robot's JSON file."""
+
+    task: str = ""
+    """Task whose physics is used; empty for none, or for that of the job."""
+    mount: Mount = "auto"
+    realizable: bool = False
+    """Whether parts that cannot be built are errors."""
+
+    def mount_for(self, brief: Brief | None) -> Mount:
+        """Return how the root is held: as stated, else as in the job, else "auto", which is as in the MJCF."""
+        return MOUNTS[brief.base] if self.mount == "auto" and brief else self.mount
+
+
+_AS_THE_JOB_SAYS = RobotTest()
 
 
 class SceneRecord(Artifact):
@@ -97,11 +113,11 @@ class Workspace:
     draws: bool = True
     _lock: threading.Lock = field(default_factory=threading.Lock, repr=False, compare=False)
 
-    def add_robot(self, robot: Robot, task: str = "") -> str:
-        """Store a robot, with the task whose physics is used to test it, and return its name."""
+    def add_robot(self, robot: Robot, test: RobotTest = _AS_THE_JOB_SAYS) -> str:
+        """Store a robot, with the settings of its test, and return its name."""
         folder = self._new("robot")
         (folder / "robot.xml").write_text(robot.mjcf, encoding="utf-8")
-        record = robot.model_dump(mode="json", exclude={"mjcf"}) | ({_TASK: task} if task else {})
+        record = robot.model_dump(mode="json", exclude={"mjcf"}) | test.model_dump(mode="json", exclude_defaults=True)
         (folder / "robot.json").write_bytes(to_json(record, indent=2))
         return folder.name
 
@@ -111,21 +127,22 @@ class Workspace:
         Raises:
             UserError: There is no such robot, or a file of it is damaged.
         """
-        mjcf, path = self.mjcf(name), self._find("robot", name) / "robot.json"
-        with _undamaged(path, "validate the robot"):
-            record = dict(from_json(path.read_bytes()))
-            record.pop(_TASK, None)
-            return Robot.model_validate({**record, "mjcf": mjcf})
+        return self._robot(name)[0]
 
-    def task_of_robot(self, name: str) -> str:
-        """Return the task whose physics is used to test a robot, "" where there is none.
+    def test_of_robot(self, name: str) -> RobotTest:
+        """Return the settings of the test of a robot.
 
         Raises:
             UserError: There is no such robot, or a file of it is damaged.
         """
-        path = self._find("robot", name) / "robot.json"
+        return self._robot(name)[1]
+
+    def _robot(self, name: str) -> tuple[Robot, RobotTest]:
+        mjcf, path = self.mjcf(name), self._find("robot", name) / "robot.json"
         with _undamaged(path, "validate the robot"):
-            return str(dict(from_json(path.read_bytes())).get(_TASK, ""))
+            record = dict(from_json(path.read_bytes()))
+            test = RobotTest.model_validate({key: record.pop(key) for key in RobotTest.model_fields if key in record})
+            return Robot.model_validate({**record, "mjcf": mjcf}), test
 
     def add_task(self, objective: str, environment: str, goal: str) -> str:
         """Store a task made of an environment (MJCF) and a goal (TOML), both as text, and return its name."""
@@ -205,7 +222,7 @@ class Workspace:
         task = record.task
         if (goal := run.goal.read()) is not None:
             task = self.add_task(record.objective, run.brief().environment, goal.decode())
-        name = self.add_robot(robot, task)
+        name = self.add_robot(robot, RobotTest(task=task))
         return self.add_scene(name, scene, task, record.level or "standard", stable=bool(report and report.stable))
 
     def subject(self, name: str) -> MeasuredScene:
@@ -218,12 +235,15 @@ class Workspace:
         if is_own(name):
             raise UserError(f"{name} is a task, without a robot; assemble one into it")
         if not name.startswith("scene"):
-            brief = self.brief(self.task_of_robot(name))
-            if brief is None:
-                return MeasuredScene(mjcf=mjcf)
-            return MeasuredScene(mjcf=mjcf, environment=brief.environment, mount=MOUNTS[brief.base])
+            test = self.test_of_robot(name)
+            brief = self.brief(test.task)
+            environment = brief.environment if brief else ""
+            return MeasuredScene(mjcf=mjcf, environment=environment, mount=test.mount_for(brief))
         record = self.record(name)
-        task, goal = (record.task, record.goal) if not is_own(record.task) else ("", self._goal(record.task))
+        if is_own(record.task):
+            task, goal = "", self._goal(record.task)
+        else:
+            task, goal = record.task, self.job.goal if self.job else record.goal  # a run may have been moved
         return MeasuredScene(mjcf=mjcf, task=task, level=record.level, goal=goal, groups=record.groups)
 
     def record(self, name: str) -> SceneRecord:
@@ -310,10 +330,11 @@ class Workspace:
         """Store a text as a file and return its name."""
         with self._lock:
             self.folder.mkdir(parents=True, exist_ok=True)
-            number = 1 + sum(1 for _ in self.folder.glob("file_*"))
-            path = self.folder / f"file_{number}.{suffix}"
-            path.write_text(text, encoding="utf-8")
-        return path.name
+            while True:
+                name = f"file_{1 + max(map(_number, self._names('file')), default=0)}.{suffix}"
+                with suppress(FileExistsError), (self.folder / name).open("x", encoding="utf-8") as file:
+                    file.write(text)
+                    return name
 
     def skip(self, kind: Literal["robot", "scene"]) -> str:
         """Reserve the next name of a kind for an entry that could not be made, and return the name."""
@@ -364,5 +385,12 @@ class Workspace:
         return ", ".join(self._names(kind)) or "none yet"
 
     def _names(self, kind: str) -> list[str]:
-        names = (path.name for path in self.folder.glob(f"{kind}_*") if not self.is_skipped(path.name))
-        return sorted(names, key=lambda name: int(re.sub(r"\D", "", name)))
+        names = (path.name for path in self.folder.glob(f"{kind}_*") if _NAME.fullmatch(path.name))
+        return sorted((name for name in names if not self.is_skipped(name)), key=_number)
+
+
+def _number(name: str) -> int:
+    """Return the number in the name of an entry or a file."""
+    match = _NAME.fullmatch(name)
+    assert match is not None, "only such names are given"
+    return int(match["number"])

@@ -6,8 +6,9 @@ import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import ActuatorGroup, Artifact
-from aidsr.learn.episodes.batch import StepResult
-from aidsr.learn.episodes.rollout import rollout
+from aidsr.learn.episodes.batch import Episodes, StepResult
+from aidsr.learn.episodes.rollout import Policy, rollout
+from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.episodes.varied_mjcf import varied_mjcf
 from aidsr.learn.openloop.replay import REPLAY_LIMITS, replay
 from aidsr.learn.openloop.report import ProbedVariation
@@ -32,9 +33,15 @@ class Film(Artifact):
     shown: tuple[str, ...] = ()
     """Names of bodies and sites that must be in view: the targets and the mount."""
 
-    def strip(self, count: int = 6) -> bytes:
-        """Return a PNG filmstrip of `count` moments side by side."""
-        return filmstrip(self.mjcf, qpos=self.qpos, frames_per_s=self.frames_per_s, count=count, view=self._view)
+    @property
+    def duration_s(self) -> float:
+        """Time from the start to the last row [s]."""
+        return (len(self.qpos) - 1) / self.frames_per_s
+
+    def strip(self, count: int = 6, view: View | None = None) -> bytes:
+        """Return a PNG filmstrip of `count` moments side by side, from where the targets are in view unless stated."""
+        view = view or self._view
+        return filmstrip(self.mjcf, qpos=self.qpos, frames_per_s=self.frames_per_s, count=count, view=view)
 
     def video(self) -> bytes | None:
         """Return the episode as an MP4 video; None where OpenGL is not available."""
@@ -61,7 +68,11 @@ def film(
         MjcfError: The scene cannot be loaded.
         IsolationError: The replay exceeded its limits.
     """
-    placed, episodes, policy = replay(scene, task, best, level=level, groups=groups)
+    return record_film(*replay(scene, task, best, level=level, groups=groups))
+
+
+def record_film(scene: TaskScene, episodes: Episodes, policy: Policy) -> Film:
+    """Play one episode of a scene with a policy in this process and return it, ready to be rendered."""
     rows = [np.array(episodes.batch.bind("qpos")[0])]
 
     def keep(result: StepResult) -> None:
@@ -70,10 +81,10 @@ def film(
 
     rollout(episodes, policy, keep)
     return Film(
-        mjcf=varied_mjcf(placed.mjcf, episodes.variations[0]),
+        mjcf=varied_mjcf(scene.mjcf, episodes.variations[0]),
         qpos=tuple(tuple(float(number) for number in row) for row in rows),
-        frames_per_s=1.0 / placed.task.control_dt_s,
-        shown=(*targets_of(placed.task), *_nearest_mount(placed.model)),
+        frames_per_s=1.0 / scene.task.control_dt_s,
+        shown=(*targets_of(scene.task), *_nearest_mount(scene.model)),
     )
 
 
