@@ -25,9 +25,10 @@ from aidsr.loop.human import approve
 from aidsr.loop.parts import Parts
 from aidsr.loop.run import parts_of, replace_budget, resume
 from aidsr.loop.runner import run_designs
+from aidsr.loop.teams import price_of
 from aidsr.runs import EventLog, RecordedModel, Run, read_status
 from aidsr.runs.answered_calls import set_calls_aside
-from aidsr.teams.providers import absolute_name
+from aidsr.teams.providers import absolute_name, price_usd
 from aidsr.teams.providers.replay import ReplayedModel
 from aidsr.teams.providers.tokens import estimate_tokens
 from loopback import Act, Fail, Loopback, Received
@@ -228,6 +229,14 @@ def test_money_cannot_be_limited_where_no_price_is_known() -> None:
     check_prices(Budget(tokens=1), "m", lambda _in, _out: None)
     with pytest.raises(UserError, match='price of "m" is unknown'):
         check_prices(Budget(cost_per_design_usd=1), "m", lambda _in, _out: None)
+
+
+def test_a_reserved_price_includes_writing_the_prompt_to_the_cache() -> None:
+    """Anthropic's price of a prompt that is cached is 1.25 times the other; OpenAI's is the same."""
+    for name, surcharge in (("anthropic:claude-sonnet-4-5", 1.25), ("openai:gpt-4o", 1.0)):
+        plain = price_usd(name, 100_000, 0, environ={})
+        assert plain is not None
+        assert price_of(name)(100_000, 0) == pytest.approx(surcharge * plain)
 
 
 def test_a_larger_budget_needs_a_known_price_too(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from aidsr.runs import Run
 from aidsr.teams.providers.tokens import estimate_input_tokens
 
 Price = Callable[[int, int], float | None]
-"""Returns the cost of the given numbers of input and output tokens [USD], None if it is unknown."""
+"""Returns the highest cost of the given numbers of input and output tokens [USD], None if it is unknown."""
 
 
 def check_prices(budget: Budget, model: str, price: Price) -> None:
@@ -28,7 +28,7 @@ def check_prices(budget: Budget, model: str, price: Price) -> None:
 
 
 def priced(usage: Usage, price: Price) -> Usage:
-    """Return the usage of a call, with the list price if the provider gave no cost; the list price is never lower."""
+    """Return the usage of a call, with the highest list price if the provider gave no cost."""
     if usage.cost_usd is not None:
         return usage
     return usage.model_copy(update={"cost_usd": price(usage.input_tokens, usage.output_tokens)})

@@ -8,9 +8,8 @@ from pathlib import Path
 from aidsr.core.calls import Usage
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
-from aidsr.loop.teams import price_of
 from aidsr.runs import Run, read_status
-from aidsr.teams.providers import is_offline
+from aidsr.teams.providers import is_offline, price_usd
 
 _TYPICAL = Usage(calls=6, input_tokens=36_000, output_tokens=18_000)
 """Usage of one design: two robots, a placement or two, a verdict, a share of the concepts; 6,000 input and 3,000 output
@@ -46,7 +45,7 @@ def estimate(config: RunConfig, runs: Path) -> Estimate:
         return Estimate(mean, f"the mean of {len(earlier)} earlier designs of this model in {runs}")
     typical = _MEASURING if config.team == "measuring" else _TYPICAL
     whole = _times(typical, config.concepts)
-    cost = price_of(config.model)(whole.input_tokens, whole.output_tokens)
+    cost = price_usd(config.model, whole.input_tokens, whole.output_tokens)
     basis = f"a rule of thumb, {typical.calls} calls per design, and list prices"
     return Estimate(whole.model_copy(update={"cost_usd": cost}), basis)
 

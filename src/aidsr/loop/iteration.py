@@ -26,7 +26,7 @@ from aidsr.core.roles import Team
 from aidsr.loop.earlier_trials import earlier_trials
 from aidsr.loop.parts import Halt, Parts, TryOnTask
 from aidsr.loop.routing import Change, after_critique, after_scene_faults, after_trial
-from aidsr.loop.steps import Steps
+from aidsr.loop.steps import Steps, reporting
 from aidsr.runs import EventLog, IterationFolder
 from aidsr.runs.events import Repaired
 
@@ -119,7 +119,9 @@ class Iteration:
             concept = self._steps.run(
                 "concept",
                 self.folder.concept,
-                lambda: team.designer.revise(self.brief, draft.concept, draft.robot, requested.to_designer),
+                lambda: reporting(team.designer, self.log).revise(
+                    self.brief, draft.concept, draft.robot, requested.to_designer
+                ),
                 lambda concept: concept.name,
             )
             draft = Draft(concept)

@@ -8,18 +8,17 @@ import time
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 
 from aidsr.core.artifacts import Brief, Concept
 from aidsr.core.errors import AidsrError, ReplyError
-from aidsr.core.roles import TriesBodies
 from aidsr.core.storage_errors import StorageError
 from aidsr.loop.loop import DesignLoop
 from aidsr.loop.parts import Parts
-from aidsr.loop.steps import HaltedError, Steps
+from aidsr.loop.steps import HaltedError, Steps, reporting
 from aidsr.runs import DesignFolder, EventLog, Run, write_summary
 from aidsr.runs.answered_calls import set_calls_aside
-from aidsr.runs.events import Event, Finished, Started, StepDone, Stopped, Tried, Waiting, without_secrets
+from aidsr.runs.events import Event, Finished, Started, StepDone, Stopped, Waiting, without_secrets
 from aidsr.teams.providers import is_offline
 
 Listen = Callable[[int, Event], None]
@@ -83,9 +82,7 @@ class _Runner:
         write_summary(self.run, offline=is_offline(self.run.asked().config.model))
 
     def _concepts(self, brief: Brief, count: int, log: EventLog) -> tuple[Concept, ...]:
-        designer = self.parts.team_for(self.run.path).designer
-        if isinstance(designer, TriesBodies):
-            designer = designer.with_listener(lambda body: log.write(Tried.model_validate(asdict(body))))
+        designer = reporting(self.parts.team_for(self.run.path).designer, log)
         try:
             return Steps(log, self.halted.is_set).run(
                 "concepts",

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TypeVar
 
 from aidsr.core.errors import IsolationError, MjcfError
+from aidsr.core.roles import Designer, TriesBodies
 from aidsr.loop.parts import Halt, Picture
 from aidsr.runs import EventLog
-from aidsr.runs.events import NoPicture, Step, StepDone, StepStarted
+from aidsr.runs.events import NoPicture, Step, StepDone, StepStarted, Tried
 from aidsr.runs.files import BytesFile, Stored
 
 Value = TypeVar("Value")
@@ -17,6 +18,13 @@ Value = TypeVar("Value")
 
 class HaltedError(Exception):
     """Work was requested to stop; everything finished so far is on disk."""
+
+
+def reporting(designer: Designer, log: EventLog) -> Designer:
+    """Return the same Designer; one that tries bodies writes each of them to the log."""
+    if not isinstance(designer, TriesBodies):
+        return designer
+    return designer.with_listener(lambda body: log.write(Tried.model_validate(asdict(body))))
 
 
 @dataclass(frozen=True)

@@ -169,8 +169,8 @@ def team_of(run: Run, model: Model | None = None, *, trust: bool = False) -> tup
 
 
 def price_of(name: str) -> Price:
-    """Return the price function of a model, from tokens to USD."""
-    return partial(price_usd, name)
+    """Return the price function of a model for budgets, from tokens to USD: no call costs more."""
+    return partial(price_usd, name, highest=True)
 
 
 def _unknown_price(_input_tokens: int, _output_tokens: int) -> float | None:

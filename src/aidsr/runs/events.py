@@ -79,7 +79,7 @@ class StepDone(_Event):
 
 
 class Tried(_Event):
-    """A Designer tried a body before it proposed concepts."""
+    """A Designer tried a body before it proposed concepts, or again in a resumed run before it revised one."""
 
     kind: Literal["tried"] = "tried"
     name: str

@@ -229,7 +229,7 @@ def _stopped(events: Sequence[Event]) -> Stopped | None:
 
 
 def _doing(events: Sequence[Event]) -> str:
-    last = events[-1] if events else None
+    last = next((event for event in reversed(events) if not isinstance(event, Tried)), None)
     return last.step if isinstance(last, StepStarted) else ""
 
 

@@ -368,20 +368,34 @@ def test_what_a_person_asks_for_keeps_the_interpretation(monkeypatch):
     assert without_rank(refused) == without_rank(designer._rank(brief, 1)[1])
 
 
-def test_a_resumed_run_says_which_of_the_bodies_it_ranks_again_was_refused(monkeypatch):
+def test_a_resumed_run_says_which_of_the_bodies_it_ranks_again_was_refused(tmp_path, monkeypatch):
     hopeless(monkeypatch, 3)
-    brief, goal = job_of("bell")
-    (first,) = FittingDesigner(goal, 0).propose(brief, 1)
+    judged = iter((0.2, 0.8, 0.4))
+    monkeypatch.setattr(
+        judge, "fit", lambda *_, **__: trial.Fit(progress=next(judged), success=False, reached="there", why="")
+    )
+    example = examples()["bell"]
+    for name, text in (("bell.xml", example.environment), ("bell.toml", example.goal)):
+        (tmp_path / name).write_text(text)
+    own = make_brief("Ring it", environment=tmp_path / "bell.xml", goal=tmp_path / "bell.toml")
+    config = RunConfig(model="builtin", concepts=1, iterations=1)
+    run = create_run(own, config, runs=tmp_path / "runs", goal=tmp_path / "bell.toml")
+
+    def stop(_changes):
+        raise UserError("the first body was refused")
+
+    run_designs(run, replace(parts_of(run), stalled=stop))
+    assert run.design(1).outcome.read() is None
     hopeless(monkeypatch, 3)
-    told = []
-    resumed = FittingDesigner(goal, 0).with_listener(told.append)
-    second = resumed.revise(brief, first, None, f"family: {judge.REFUSED}: begun, progress 0.20; it is too short.")
+    run_designs(run, parts_of(run))
+    told = [event for event in read_events(run.design(1).events) if isinstance(event, Tried)]
     assert [body.refused for body in told] == [True, False, False]
-    assert tried_text(told[0]).startswith(
+    first = run.design(1).iteration(1).concept.read()
+    assert sentence(told[0]).startswith(
         f"body 1 of at most 3: {first.name}: progress 0.90, rejected by the Judge earlier"
     )
-    assert "refused" not in tried_text(told[1])
-    assert without_rank(second) != without_rank(first)
+    assert "rejected" not in sentence(told[1])
+    assert without_rank(run.design(1).iteration(2).concept.read()) != without_rank(first)
 
 
 def test_a_body_that_is_tried_again_keeps_its_number(monkeypatch):

@@ -18,7 +18,7 @@ from aidsr.core.errors import ModelError
 from aidsr.runs.answered_calls import calls_in
 from aidsr.runs.recorded_model import RecordedModel
 from aidsr.teams.providers import RetryPolicy, connect
-from aidsr.teams.providers.wire import amount, token_count
+from aidsr.teams.providers.wire import Exchange, amount, token_count
 from fake_clock import FakeClock
 from loopback import Act, Cut, Fail, Loopback, Raw, Say, Serve
 
@@ -98,6 +98,34 @@ def test_tokens_of_replies_that_cannot_be_read_are_counted() -> None:
     usage = record.usage
     assert (usage.input_tokens, usage.output_tokens, usage.calls, usage.retries) == (2000, 320, 1, 2)
     assert not usage.tokens_estimated
+
+
+@pytest.mark.parametrize(
+    ("usage", "counted"),
+    [
+        (
+            {
+                "usage": {
+                    "input_tokens": 10,
+                    "cache_read_input_tokens": 500,
+                    "cache_creation_input_tokens": 16_000,
+                    "output_tokens": 900,
+                }
+            },
+            (16_510, 900),
+        ),
+        (
+            {"usageMetadata": {"promptTokenCount": 15_000, "candidatesTokenCount": 300, "thoughtsTokenCount": 9000}},
+            (15_000, 9300),
+        ),
+        (
+            {"usage": {"prompt_tokens": 16_510, "cache_creation_input_tokens": 16_000, "completion_tokens": 900}},
+            (16_510, 900),
+        ),
+    ],
+)
+def test_the_cached_prompt_and_the_reasoning_are_counted(usage: dict[str, Any], counted: tuple[int, int]) -> None:
+    assert Exchange(status=200, body=json.dumps(usage).encode()).reported_tokens() == counted
 
 
 def test_tokens_of_a_reply_that_is_cut_off_are_estimated() -> None:

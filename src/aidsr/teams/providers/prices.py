@@ -10,7 +10,9 @@ if TYPE_CHECKING:
     from pydantic_ai.messages import ModelResponse
 
 
-def list_price_usd(price_id: str, model: str, input_tokens: int, output_tokens: int) -> float | None:
+def list_price_usd(
+    price_id: str, model: str, input_tokens: int, output_tokens: int, *, highest: bool = False
+) -> float | None:
     """Return the list price of a call without any cached input [USD]; None if it is unknown.
 
     Args:
@@ -18,14 +20,18 @@ def list_price_usd(price_id: str, model: str, input_tokens: int, output_tokens: 
         model: Name of the model at its provider.
         input_tokens: Number of tokens of the prompt.
         output_tokens: Number of tokens of the reply, reasoning included.
+        highest: Whether to return the price if the whole prompt is written to the provider's cache, where that costs
+            more: Anthropic asks for 1.25 times the price of the prompt.
 
     Source: list prices of the genai-prices package, matched by provider and model name.
     """
     from genai_prices import Usage, calc_price
 
-    usage = Usage(input_tokens=input_tokens, output_tokens=output_tokens)
+    calls = [Usage(input_tokens=input_tokens, output_tokens=output_tokens)]
+    if highest:
+        calls.append(Usage(input_tokens=input_tokens, cache_write_tokens=input_tokens, output_tokens=output_tokens))
     try:
-        return float(calc_price(usage, model_ref=model, provider_id=price_id).total_price)
+        return max(float(calc_price(call, model_ref=model, provider_id=price_id).total_price) for call in calls)
     except (LookupError, ValueError):
         return None
 

@@ -172,7 +172,12 @@ def absolute_name(name: str) -> str:
 
 
 def price_usd(
-    name: str, input_tokens: int, output_tokens: int, environ: Mapping[str, str] | None = None
+    name: str,
+    input_tokens: int,
+    output_tokens: int,
+    environ: Mapping[str, str] | None = None,
+    *,
+    highest: bool = False,
 ) -> float | None:
     """Return the price of a call without any cached input [USD]; None if it is unknown.
 
@@ -181,6 +186,7 @@ def price_usd(
         input_tokens: Number of tokens of the prompt.
         output_tokens: Number of tokens of the reply, reasoning included.
         environ: Environment variables; a service at another base URL has no list price.
+        highest: Whether to include the surcharge for writing the prompt to the provider's cache, see `list_price_usd`.
 
     Raises:
         UserError: The name is unknown.
@@ -191,7 +197,7 @@ def price_usd(
     environ = os.environ if environ is None else environ
     if provider.price_id is None or provider.url(environ) != provider.base_url:
         return None
-    return list_price_usd(provider.price_id, argument, input_tokens, output_tokens)
+    return list_price_usd(provider.price_id, argument, input_tokens, output_tokens, highest=highest)
 
 
 def _secrets(provider: Provider, environ: Mapping[str, str]) -> tuple[SecretStr, ...]:

@@ -47,7 +47,12 @@ class Exchange:
         if self.status != 200 or not isinstance(usage, dict):
             return None
         tokens_in = _first_count(usage, "prompt_tokens", "input_tokens", "promptTokenCount")
+        if "prompt_tokens" not in usage:  # Anthropic counts the cached part of a prompt apart
+            tokens_in += sum(
+                token_count(usage.get(name)) for name in ("cache_creation_input_tokens", "cache_read_input_tokens")
+            )
         tokens_out = _first_count(usage, "completion_tokens", "output_tokens", "candidatesTokenCount")
+        tokens_out += token_count(usage.get("thoughtsTokenCount"))  # Google counts the reasoning apart
         return (tokens_in, tokens_out) if tokens_in or tokens_out else None
 
     @property
