@@ -22,9 +22,10 @@ from benchmarks.cheats.parts import Player
 from benchmarks.cheats.playing import place
 
 from aidsr import validate
+from aidsr.core.config import LEAST_EPISODES
 from aidsr.core.provenance import commit
 from aidsr.learn.episodes.scene import TaskScene
-from aidsr.learn.rl.evaluation import LEAST_EPISODES, evaluate
+from aidsr.learn.rl.evaluation import evaluate
 from aidsr.mjcf.read import parse_document
 from aidsr.tasks import BENCHMARK_VERSION, load_task
 

@@ -18,8 +18,8 @@ from benchmarks.trial.run import RESULTS, SHORT_STEPS, STEPS, Row, kept, taken_o
 from benchmarks.trial.scenes import designs_of_teams, trained_by_teams
 
 from aidsr.core.artifacts import SUCCESSFUL_SHARE
+from aidsr.core.config import PROMISING_SHARE
 from aidsr.core.rates import Rate
-from aidsr.loop.task_trial import PROMISING_SHARE
 from aidsr.tasks import load_task
 
 _WANTED = 40

@@ -28,6 +28,7 @@ from benchmarks.trial.scenes import TrialScene, scenes, trained_by_teams
 from pydantic import Field
 
 from aidsr.core.artifacts import Artifact
+from aidsr.core.config import PROMISING_SHARE
 from aidsr.core.provenance import commit, processor
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.policy import one_torch_thread
@@ -35,7 +36,6 @@ from aidsr.learn.rl.recipe import PROTOCOLS
 from aidsr.learn.rl.short_training import evaluate_briefly
 from aidsr.learn.rl.trained import FinishedTraining
 from aidsr.learn.rl.training import train
-from aidsr.loop.task_trial import PROMISING_SHARE
 from aidsr.tasks import BENCHMARK_VERSION, is_current
 from aidsr.tools.trial import try_scene
 

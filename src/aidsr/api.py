@@ -189,8 +189,8 @@ def train(
         smoothing: Share of the previous action that is kept in the next one, from 0 to below 1.
         randomize: Vary the model in each training episode as a real robot may differ from it: parameters, action delay,
             cable friction.
-        stop_hopeless: Stop a training in which no episode has succeeded after 70 % of its steps; requires protocol
-            "best".
+        stop_hopeless: Stop a training of 10,000 steps or more in which no episode has succeeded after 70 % of them;
+            requires protocol "best".
         script: Motion that the policy starts from and corrects. "own": the motion with which the design's author saw it
             do the task; if there is none, a short probe searches a motion that learning has to beat. "none": no motion.
             Otherwise the text of a motion script, see `aidsr.learn.openloop.script.GRAMMAR`, which requires protocol

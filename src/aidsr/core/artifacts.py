@@ -498,7 +498,7 @@ class MeanAction(Artifact):
     @property
     def suffices(self) -> bool:
         """Whether at least half of the replayed episodes succeed, so that no policy is needed."""
-        return 2 * self.succeeded >= self.of
+        return self.succeeded >= SUCCESSFUL_SHARE * self.of
 
 
 class Evaluation(Artifact):

@@ -14,19 +14,12 @@ from aidsr.core.artifacts import (
     Scene,
     TaskReport,
 )
-from aidsr.core.config import RunConfig
+from aidsr.core.config import PROMISING_SHARE, RunConfig
 from aidsr.core.errors import IsolationError, UserError
 from aidsr.core.extras import require_extra
 from aidsr.core.formatting import format_check
 from aidsr.loop.parts import TryOnTask
 from aidsr.runs import Run
-
-PROMISING_SHARE = 0.3
-"""Smallest share of successes of a short training that lets a scene pass.
-
-Our choice, by the learning curves of benchmarks/learning: after 30,000 steps the scenes whose training ends below 50 %
-had at most 20 %, those whose training ends above it at least 40 %.
-"""
 
 
 def check_trial(config: RunConfig, *, measured: bool) -> None:

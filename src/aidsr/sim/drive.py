@@ -13,7 +13,7 @@ from aidsr.sim.structure import Structure
 
 _FILTERS = (int(mujoco.mjtDyn.mjDYN_FILTER), int(mujoco.mjtDyn.mjDYN_FILTEREXACT))
 
-_UNLIMITED_END = 1.0
+UNLIMITED_END = 1.0
 """Largest command, in both directions, assumed for an actuator without a control range; the missing range is reported
 as a separate fault. Our choice: the range that Gymnasium users expect."""
 
@@ -118,8 +118,8 @@ def _ends(model: mujoco.MjModel) -> tuple[NDArray[np.float64], NDArray[np.float6
     """Return the lowest and the highest command of each actuator, (nu,) each."""
     limited = np.asarray(model.actuator_ctrllimited, dtype=bool)
     ends = np.asarray(model.actuator_ctrlrange)
-    low = np.where(limited, ends[:, 0], -_UNLIMITED_END)
-    high = np.where(limited, ends[:, 1], _UNLIMITED_END)
+    low = np.where(limited, ends[:, 0], -UNLIMITED_END)
+    high = np.where(limited, ends[:, 1], UNLIMITED_END)
     return low, high
 
 

@@ -11,6 +11,7 @@ from xml.sax.saxutils import quoteattr
 from pydantic import Field
 
 from aidsr.core.artifacts import Artifact, EpisodeResult, Vec3
+from aidsr.core.config import LEAST_EPISODES, VERDICT_EPISODES
 from aidsr.core.ends import evaluation_in_words, rules_in_words
 from aidsr.core.errors import AidsrError, ReplyError, UserError
 from aidsr.core.extras import require_extra
@@ -258,7 +259,6 @@ def train(
     the robot's other actuators it still wins.
     """
     require_extra("rl", "training")
-    from aidsr.learn.rl.evaluation import LEAST_EPISODES
     from aidsr.learn.rl.isolated_learning import train_in_child
     from aidsr.learn.rl.recipe import recipe_of
 
@@ -295,7 +295,9 @@ def train(
 def evaluate(
     workspace: Workspace,
     scene: SceneName,
-    episodes: Annotated[int, Field(ge=20, le=_MOST_EPISODES, description="Held-out variations.")] = 100,
+    episodes: Annotated[
+        int, Field(ge=LEAST_EPISODES, le=_MOST_EPISODES, description="Held-out variations.")
+    ] = VERDICT_EPISODES,
 ) -> Result:
     """Score the last trained policy of a scene on held-out variations, by which nothing is to be designed.
 

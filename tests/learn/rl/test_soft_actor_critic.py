@@ -296,16 +296,21 @@ def winning(count, episodes):
     return counted
 
 
-@pytest.mark.parametrize("stops", [True, False])
-def test_a_hopeless_training_ends_where_that_is_asked_for(tmp_path, monkeypatch, stops):
+@pytest.mark.parametrize(
+    ("asked", "least", "stops"), [(True, STEPS, True), (False, 0, False), (True, STEPS + 1, False)]
+)
+def test_a_hopeless_training_ends_where_that_is_asked_for(tmp_path, monkeypatch, asked, least, stops):
+    """Unless its budget is too small to tell."""
+    monkeypatch.setattr("aidsr.learn.rl.recipe.LEAST_TELLING", least)
     monkeypatch.setattr(History, "count", winning(History.count, 0))
-    result = trained(tmp_path, recipe=SMALL.model_copy(update={"stop_hopeless": stops}))
+    result = trained(tmp_path, recipe=SMALL.model_copy(update={"stop_hopeless": asked}))
     assert result.stopped == ("hopeless" if stops else "budget")
     assert (result.steps < 0.8 * STEPS) is stops
     assert result.steps >= 0.7 * STEPS
 
 
 def test_a_training_that_has_won_is_not_hopeless(tmp_path, monkeypatch):
+    monkeypatch.setattr("aidsr.learn.rl.recipe.LEAST_TELLING", 0)
     monkeypatch.setattr(History, "count", winning(History.count, 1))
     assert trained(tmp_path, recipe=SMALL.model_copy(update={"stop_hopeless": True})).stopped == "budget"
 

@@ -10,14 +10,14 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from aidsr.apps.cli.flag import Flag
-from aidsr.core.config import VERDICT_EPISODES
+from aidsr.core.config import LEAST_EPISODES, VERDICT_EPISODES
 
 
 def evaluate(
     training: Path,
     /,
     *,
-    episodes: Annotated[int, Parameter(validator=Number(gte=20))] = VERDICT_EPISODES,
+    episodes: Annotated[int, Parameter(validator=Number(gte=LEAST_EPISODES))] = VERDICT_EPISODES,
     level: Literal["standard", "hard"] | None = None,
     split: Literal["held_out", "development"] = "held_out",
     threads: Annotated[int, Parameter(validator=Number(gte=0))] = 0,

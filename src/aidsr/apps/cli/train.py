@@ -87,7 +87,8 @@ def train(
         Vary the model in each training episode as a real robot may differ from it: parameters changed by up to 20 %,
         actions delayed by 40 ms in half of the episodes, cable friction at the guides.
     stop_hopeless
-        Stop a training in which no episode has succeeded after 70 % of its steps. Requires --protocol best.
+        Stop a training of 10,000 steps or more in which no episode has succeeded after 70 % of them. Requires
+        --protocol best.
     script
         Motion that the policy starts from and corrects. "own": the motion with which the design's author saw it do the
         task; if there is none, a short probe searches a motion that learning has to beat. "none": no motion. Otherwise

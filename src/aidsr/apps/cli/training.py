@@ -188,10 +188,10 @@ class TrainingBar:
 
     def _say_if_hopeless(self, point: CurvePoint) -> None:
         """Print once that a training looks hopeless, unless `stop_hopeless` ends it: then its end reports that."""
-        from aidsr.learn.rl.recipe import looks_hopeless
+        from aidsr.learn.rl.recipe import is_hopeless
 
         algorithm, has_succeeded = self._recipe.algorithm, point.won > 0
-        hopeless = looks_hopeless(algorithm, has_succeeded=has_succeeded, steps=point.steps, budget=self._steps)
+        hopeless = is_hopeless(algorithm, has_succeeded=has_succeeded, steps=point.steps, budget=self._steps)
         if hopeless and not self._told_hopeless:
             self._told_hopeless = True
             self._console.print(f"{self._title}: {_NO_SUCCESS_YET}", soft_wrap=True)

@@ -23,7 +23,7 @@ from aidsr.core.ends import evaluation_in_words
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import format_check, format_duration, format_share, format_time_left
 from aidsr.core.progress_lines import INTERRUPTED
-from aidsr.learn.rl.recipe import looks_hopeless
+from aidsr.learn.rl.recipe import is_hopeless
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.trainings import CurveRow, Inspection, Training, read_curve, trainings_of, without_tests
 
@@ -140,7 +140,7 @@ def _learning(site: Site, run: Run, design: DesignFolder, training: Training) ->
     recipe, has_succeeded = config.get("recipe"), any(row.success_share for row in curve)
     algorithm = str(recipe.get("algorithm")) if isinstance(recipe, dict) else ""
     done = curve[-1].steps if curve else 0
-    hopeless = state == "running" and looks_hopeless(algorithm, has_succeeded=has_succeeded, steps=done, budget=steps)
+    hopeless = state == "running" and is_hopeless(algorithm, has_succeeded=has_succeeded, steps=done, budget=steps)
     script = bool(recipe.get("script")) if isinstance(recipe, dict) else False
     return _Learning(steps, int(config.get("seed", 0)), curve, test, state, verdict, hopeless, script)
 

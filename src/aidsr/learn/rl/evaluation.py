@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from aidsr.core.artifacts import Evaluation, MeanAction
-from aidsr.core.config import VERDICT_EPISODES
+from aidsr.core.config import LEAST_EPISODES, VERDICT_EPISODES
 from aidsr.core.errors import UserError
 from aidsr.core.provenance import commit, processor, versions_of
 from aidsr.learn.episodes.plausibility import training_check
@@ -27,10 +27,6 @@ from aidsr.learn.rl.policy import TrainedPolicy
 from aidsr.learn.rl.training import DEVELOPMENT
 from aidsr.learn.rl.training_folder import TrainingResult
 from aidsr.tasks import BENCHMARK_VERSION, Split
-
-LEAST_EPISODES = 20
-"""Minimum number of episodes of an evaluation; enough for feedback to designers. At a share of one half the confidence
-interval is 30 to 70 %."""
 
 _PACKAGES = ("aidsr", "mujoco", "numpy", "torch", "stable-baselines3")
 

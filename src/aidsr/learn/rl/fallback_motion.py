@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aidsr.core.artifacts import SUCCESSFUL_SHARE
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.overlap_meter import rollout_without_overlap
 from aidsr.learn.episodes.rollout import Constant
@@ -25,8 +26,6 @@ one variation more often include one that also succeeds in others, although they
 CHOSEN_IN, REPORTED_ON = 8, 20
 """Number of variations in which the successful motions are compared, and number of other variations in which the
 success share of the best one is measured."""
-LEAST_SUCCESS = 0.5
-"""Smallest success share in both sets of variations: the same that makes a design successful."""
 _CLEARLY = 4
 """Number of episodes, of `REPORTED_ON`, by which a motion must exceed the learned policy to replace it. Our choice: a
 fifth, twice the standard error of 20 episodes."""
@@ -74,11 +73,11 @@ def find_fallback_motion(scene: TaskScene, *, seed: int, threads: int) -> Fallba
     shares = [played.share(motion, range(SEARCHED, SEARCHED + CHOSEN_IN)) for motion in distinct]
     script, share = "", 0.0
     failed: tuple[str, ...] = ()
-    if shares and max(shares) >= LEAST_SUCCESS:
+    if shares and max(shares) >= SUCCESSFUL_SHARE:
         best = distinct[shares.index(max(shares))]
         others = range(SEARCHED + CHOSEN_IN, SEARCHED + CHOSEN_IN + REPORTED_ON)
         share = played.share(best, others)
-        if share >= LEAST_SUCCESS:
+        if share >= SUCCESSFUL_SHARE:
             failed = _failed_checks(scene, script_of(best), others, threads)
             script = "" if failed else script_of(best)
     steps = round((report.simulated_s + played.simulated_s) / scene.task.control_dt_s)

@@ -191,6 +191,9 @@ class Recipe(Artifact):
 def is_hopeless(algorithm: str, *, has_succeeded: bool, steps: int, budget: int) -> bool:
     """Return whether a training is unlikely to succeed any more.
 
+    It is false for budgets below `LEAST_TELLING`, far below those with which the rule was measured: their policy has
+    hardly learned after 70 % of the budget, and may still succeed.
+
     Args:
         algorithm: Algorithm of its recipe. A PPO training is never hopeless, because the rule was not measured with
             PPO.
@@ -198,22 +201,9 @@ def is_hopeless(algorithm: str, *, has_succeeded: bool, steps: int, budget: int)
         steps: Control steps so far.
         budget: Budget of control steps.
     """
-    return algorithm == "sac" and not has_succeeded and steps >= HOPELESS_AFTER * budget
-
-
-def looks_hopeless(algorithm: str, *, has_succeeded: bool, steps: int, budget: int) -> bool:
-    """Return whether to warn that a training is unlikely to succeed any more.
-
-    Unlike `is_hopeless`, it is false for budgets far below those with which the rule was measured: their policy has
-    hardly learned after 70 % of the budget, and may still succeed.
-
-    Args:
-        algorithm: Algorithm of its recipe.
-        has_succeeded: Whether an episode without noise has succeeded.
-        steps: Control steps so far.
-        budget: Budget of control steps.
-    """
-    return budget >= LEAST_TELLING and is_hopeless(algorithm, has_succeeded=has_succeeded, steps=steps, budget=budget)
+    if algorithm != "sac" or budget < LEAST_TELLING:
+        return False
+    return not has_succeeded and steps >= HOPELESS_AFTER * budget
 
 
 PROTOCOLS: Mapping[Protocol, Recipe] = MappingProxyType(

@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from aidsr.core.artifacts import ActuatorGroup, Evaluation
+from aidsr.core.config import LEAST_EPISODES
 from aidsr.sandbox.isolated import isolated
 from aidsr.sandbox.limits import Limits
 from aidsr.tasks import Level
@@ -56,7 +57,7 @@ def train_briefly(
 
 def evaluate_briefly(scene: TaskScene, steps: int) -> Evaluation:
     """Train a policy as `train_briefly` does, in this process, and return its evaluation."""
-    from aidsr.learn.rl.evaluation import LEAST_EPISODES, evaluate
+    from aidsr.learn.rl.evaluation import evaluate
     from aidsr.learn.rl.policy import one_torch_thread
     from aidsr.learn.rl.recipe import PROTOCOLS
     from aidsr.learn.rl.trained import FinishedTraining

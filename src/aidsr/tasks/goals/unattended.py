@@ -21,6 +21,7 @@ from aidsr.mjcf.compile import load_mjcf
 from aidsr.sandbox.isolated import isolated
 from aidsr.sim.divergence import FATAL_WARNINGS
 from aidsr.sim.extent import half_width_m
+from aidsr.sim.overlap import OVERLAP_SHARE
 from aidsr.tasks.variation import Change, Variation, apply_to_simulation
 
 SETTLE_S = 1.0
@@ -40,9 +41,6 @@ _PLACES = 200
 """Number of positions in a sweep. Our choice: steps of half a degree in a quarter turn."""
 _NEARLY = 0.98
 """Share of the required travel that counts as all of it. Our choice."""
-_INSIDE = 0.2
-"""Ratio of overlap to thickness of the thinner geom above which a target is inside another shape. Source: as in
-`aidsr.sim.overlap`."""
 INSIDE_M = 0.001
 """Overlap up to which being inside is ignored [m]. Our choice: such a body moves out by itself, and not far."""
 
@@ -220,7 +218,7 @@ def _overlaps(model: mujoco.MjModel, data: mujoco.MjData, bodies: Sequence[str])
         own = _carried(model, model.body(body).id)
         for geom, other, depth_m in _contacts(model, data, own):
             thickness_m = 2.0 * min(half_width_m(model, each) for each in (geom, other))
-            if depth_m > _INSIDE * thickness_m and depth_m > INSIDE_M:
+            if depth_m > OVERLAP_SHARE * thickness_m and depth_m > INSIDE_M:
                 pair = (body, name_of_shape(model, other))
                 found[pair] = max(found.get(pair, 0.0), depth_m)
     return tuple(Overlap(body=body, other=other, depth_m=depth) for (body, other), depth in found.items())

@@ -13,11 +13,10 @@ from aidsr.core.artifacts import ActuatorGroup
 from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.sim.actuator_force import control_of
 from aidsr.sim.command import command_of, is_spatial
-from aidsr.sim.drive import Drive, held_forces
+from aidsr.sim.drive import UNLIMITED_END, Drive, held_forces
 from aidsr.sim.structure import Structure, name_of
 
 _ACTUATOR = mujoco.mjtObj.mjOBJ_ACTUATOR
-_UNLIMITED_END = 1.0  # as in `aidsr.sim.drive`
 _PLACES = 11
 """Number of positions along a slider at which the pull is computed; a page interpolates between them. Our choice: steps
 of a tenth."""
@@ -61,9 +60,7 @@ def _others(model: mujoco.MjModel, drives: Sequence[Drive], neutral: NDArray[np.
     facts = []
     for actuator in sorted(set(range(model.nactuator)) - {drive.actuator for drive in drives}):
         at = control_of(model, actuator)
-        low, high = (
-            model.actuator_ctrlrange[at] if model.actuator_ctrllimited[at] else (-_UNLIMITED_END, _UNLIMITED_END)
-        )
+        low, high = model.actuator_ctrlrange[at] if model.actuator_ctrllimited[at] else (-UNLIMITED_END, UNLIMITED_END)
         facts.append(
             {
                 "name": name_of(model, _ACTUATOR, actuator),
