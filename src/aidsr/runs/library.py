@@ -81,10 +81,25 @@ class Library:
 
     def _inside(self, folder: Path, name: str) -> Path:
         path = folder / name
+        if is_name(name):
+            refuse_link(path)
         ours = is_name(name) and path.resolve().parent == folder.resolve()
         if not (ours and _is_run(path)):
             raise UserError(f'"{name[:80]}" is not a run under {folder}')
         return path
+
+
+def refuse_link(path: Path) -> None:
+    """Refuse a run that is a link: its files are outside the folder of runs.
+
+    Raises:
+        UserError: The path is a link.
+    """
+    if path.is_symlink():
+        raise UserError(
+            f'"{path.name}" is not a run under {path.parent} but a link; move or copy the run there, or give the '
+            "folder that holds it with --runs"
+        )
 
 
 def is_name(name: str) -> bool:

@@ -241,6 +241,12 @@ def best_verdict(verdicts: Iterable[Evaluation]) -> Evaluation | None:
     return max(verdicts, key=lambda one: (one.valid, one.success_share), default=None)
 
 
+def best_training(design: DesignFolder) -> Training | None:
+    """Return the training whose evaluation represents a design, see `best_verdict`; None where none was evaluated."""
+    best = best_verdict(verdicts_of(design))
+    return next((one for one in trainings_of(design) if best is not None and one.evaluation.read() == best), None)
+
+
 def read_curve(training: Training) -> tuple[CurveRow, ...]:
     """Return the learning curve so far; an unfinished last line is left out.
 

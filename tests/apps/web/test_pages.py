@@ -459,6 +459,7 @@ def test_a_training_has_protocol_and_seed_and_a_stopped_one_is_continued(tmp_pat
             said = "seed 3: 1000 steps\n\nInterrupted. Progress is kept; repeat the same command to continue\n"
             replace_file(site.processes.folder / f"{name}.log", said.encode())
             replace_file(folder / "config.json", b'{"steps": 4000, "seed": 3}')
+            replace_file(folder / "events.jsonl", b"")
             rows = "steps,wall_s,episodes,success_share,progress,reward,diverged,steps_per_s\n1024,9,4,0.5,0.7,2,0,9\n"
             replace_file(folder / "curve.csv", rows.encode())
             await user.open(page)

@@ -1,10 +1,12 @@
 """Processes that outlive the page: started, found again by another page, stopped, never mistaken for a stranger's."""
 
+import ctypes
 import json
 import os
 import time
 from contextlib import chdir
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from made import made_run
@@ -114,3 +116,25 @@ def test_a_process_that_is_saving_its_work_is_not_asked_again_to_end(
         assert first.stop("training")
         assert asked == [7, 8, 8], "one that does not end is asked again"
     assert not first.is_stopping("training")
+
+
+def test_whether_a_process_runs_is_asked_on_windows_without_a_signal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def exit_code(_process: int, code: object) -> int:
+        code._obj.value = 259  # type: ignore[attr-defined]
+        return 1
+
+    opened = {7: 1}
+    system = SimpleNamespace(
+        OpenProcess=lambda _access, _inherit, pid: opened.get(pid, 0),
+        GetExitCodeProcess=exit_code,
+        CloseHandle=lambda _process: 1,
+    )
+    monkeypatch.setattr("aidsr.apps.web.processes.sys", SimpleNamespace(platform="win32"))
+    monkeypatch.setattr("aidsr.apps.web.processes.at_work", lambda _path: None)
+    monkeypatch.setattr(ctypes, "windll", SimpleNamespace(kernel32=system), raising=False)
+    monkeypatch.setattr(os, "kill", lambda *_: pytest.fail("a signal was sent"))
+    for pid, alive in ((7, True), (8, False)):
+        (tmp_path / "run.json").write_text(f'{{"pid": {pid}}}')
+        assert Processes(tmp_path).is_alive("run") == alive

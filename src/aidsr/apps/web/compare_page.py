@@ -28,7 +28,7 @@ from aidsr.core.errors import AidsrError, UserError
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.compare import attempted
 from aidsr.runs.status import newest
-from aidsr.runs.trainings import Training, read_curve, trainings_of, without_tests
+from aidsr.runs.trainings import Training, best_training, read_curve, without_tests
 
 
 @dataclass(frozen=True)
@@ -60,9 +60,8 @@ class _Compared:
 
     @property
     def training(self) -> Training | None:
-        """Its newest evaluated training; None before there is one."""
-        judged = [one for one in trainings_of(self.folder) if one.evaluation.path.exists()]
-        return judged[-1] if judged else None
+        """The training of its best policy, to which the measured table refers too; None before there is one."""
+        return best_training(self.folder)
 
 
 def add_compare_page(site: Site) -> None:

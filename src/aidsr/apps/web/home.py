@@ -19,6 +19,7 @@ from aidsr.apps.web.widgets import badge, box, button, image, notice, text
 from aidsr.core.errors import AidsrError, UserError
 from aidsr.core.formatting import format_cost
 from aidsr.runs import Run
+from aidsr.runs.library import refuse_link
 
 _COLUMNS = ("picture", "run", "model", "state", "designs", "stable", "valid", "successful", "cost", "started", "delete")
 _UNNAMED = frozenset({"picture", "delete"})
@@ -127,6 +128,7 @@ def _read(site: Site, filters: _Filters) -> _Shown:
 
 def _row(site: Site, run: Run) -> _Row:
     try:
+        refuse_link(run.path)
         return _Row(run.name, site.view(run))
     except UserError as error:
         return _Row(run.name, None, str(error))

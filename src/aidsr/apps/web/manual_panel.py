@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Any
 
 from nicegui import app, ui
 
-from aidsr.apps.web.live import as_action, live
+from aidsr.apps.web.live import as_action, clear_error, live, show_error
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.widgets import box, button, long_text, notice, text
 from aidsr.core.errors import UserError
@@ -18,6 +19,9 @@ from aidsr.teams.providers.manual import PendingPrompt, pending_prompts, prompts
 
 _MOST_CHARACTERS = 1_000_000
 """Maximum length of a reply. Our choice: several times the longest reply of a language model."""
+
+_COPY_S = 10.0
+"""Time for the browser to copy, in which it may ask for permission [s]. Our choice."""
 
 
 @dataclass(frozen=True)
@@ -96,13 +100,30 @@ def _draw(run: Run, prompts: tuple[_Prompt, ...]) -> None:
             _prompt(run, prompt)
 
 
+async def _copied(words: str) -> bool:
+    """Copy a text to the clipboard of the browser, and return whether the browser did so."""
+    write = f"navigator.clipboard.writeText({json.dumps(words)}).then(() => true, () => false)"
+    try:
+        return bool(await ui.run_javascript(f"navigator.clipboard ? {write} : false", timeout=_COPY_S))
+    except TimeoutError:
+        return False
+
+
 def _prompt(run: Run, prompt: _Prompt) -> None:
     drafts: dict[str, Any] = app.storage.user.setdefault("drafts", {})
     draft: dict[str, Any] = drafts.setdefault(f"{run.name}/{prompt.waiting.prompt.name}", {"text": ""})
 
-    def copy() -> None:
-        ui.clipboard.write(prompt.asked)
-        ui.notify("Copied.")
+    async def copy() -> None:
+        if await _copied(prompt.asked):
+            clear_error()
+            ui.notify("Copied.")
+        else:
+            show_error(
+                UserError(
+                    "this browser copies only over HTTPS or on the machine of the web app; open “Show prompt” and copy "
+                    "it there"
+                )
+            )
 
     with box("sheet stack", "section"):
         with box("row apart"):

@@ -13,7 +13,7 @@ from aidsr.apps.web.upload import GOAL, Form
 from aidsr.apps.web.widgets import box, text
 from aidsr.core.errors import UserError
 from aidsr.runs import Run
-from aidsr.runs.files import replace_file
+from aidsr.runs.files import BytesFile, replace_file
 from aidsr.tasks import task_names
 
 _NO_TASK = ""
@@ -60,7 +60,8 @@ def measure_arguments(site: Site, run: Run, choices: dict[str, Any], process: st
         )
     GOAL.look(goal, form)
     file = goal_file(site, process)
-    replace_file(file, goal.encode())
+    if BytesFile(file).read() != goal.encode():  # the time of an unchanged goal tells that earlier probes had it
+        replace_file(file, goal.encode())
     return ["--goal", str(file)]
 
 

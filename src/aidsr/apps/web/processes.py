@@ -168,8 +168,28 @@ def _lock(file: int) -> None:
 
 
 def _exists(pid: int) -> bool:
+    if sys.platform == "win32":
+        return _exists_on_windows(pid)
     try:
         os.kill(pid, 0)
     except OSError:
         return False
     return True
+
+
+def _exists_on_windows(pid: int) -> bool:
+    """Whether a process runs; `os.kill(pid, 0)` would send Control-C there."""
+    import ctypes
+
+    system = ctypes.windll.kernel32  # type: ignore[attr-defined]
+    process = system.OpenProcess(_QUERY, False, pid)
+    if not process:
+        return False
+    code = ctypes.c_ulong()
+    known = system.GetExitCodeProcess(process, ctypes.byref(code))
+    system.CloseHandle(process)
+    return bool(known) and code.value == _STILL_ACTIVE
+
+
+_QUERY, _STILL_ACTIVE = 0x1000, 259
+"""PROCESS_QUERY_LIMITED_INFORMATION and STILL_ACTIVE. Source: Windows SDK, winnt.h and minwinbase.h."""

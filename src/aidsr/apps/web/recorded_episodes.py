@@ -98,7 +98,7 @@ def record_probed(site: Site, run: Run, design: DesignFolder, index: int) -> Epi
         index: Index of the variation in the report.
 
     Raises:
-        UserError: The report belongs to another robot, or cannot be read.
+        UserError: The report belongs to another robot, cannot be read, or was made with another goal.
         IsolationError: Recording takes too long.
     """
     from aidsr.api import find_scene
@@ -117,6 +117,9 @@ def record_probed(site: Site, run: Run, design: DesignFolder, index: int) -> Epi
         added = bool(not named and not run.asked().task and not run.goal.path.exists() and goal.exists())
         level = cast("Level", report.level) if named else None
         found = find_scene(design, named, level=level, goal=goal if added else "")
+        newer = added and goal.stat().st_mtime_ns > file.path.stat().st_mtime_ns
+        if newer or (added and getattr(found.task, "name", found.task) != report.task):
+            raise UserError("the goal was changed since this probe; probe again, then replay")
         scene = read_mjcf_text(found.scene)
         replace_file(kept, record_motion(scene, found.task, probed, level=found.level, groups=tuple(found.groups)))
     return Episode.read(kept, f"{probed.episode.variation} of the probe")

@@ -29,7 +29,7 @@ _EVERY_S = 15.0
 
 
 JOBS = 2
-"""Number of parallel jobs of a study that is resumed here. Source: default of `aidsr benchmark`."""
+"""Number of parallel jobs of a study that was never started here. Source: default of `aidsr benchmark`."""
 
 _BETWEEN = "~"
 """Separator of study, arm, task and number in the name of a run; none of these parts contains it."""
@@ -168,24 +168,29 @@ class Studies:
         """Return the name of the process that works on a study."""
         return f"{key}{_BETWEEN}study"
 
-    def resume(self, key: str, jobs: int) -> None:
+    def resume(self, key: str, jobs: int | None = None) -> None:
         """Start a process that works on a study until it is finished.
 
         Args:
             key: Key of the study.
-            jobs: Number of parallel jobs.
+            jobs: Number of parallel jobs; None for as many as in the process before, or `JOBS` where there was none.
 
         Raises:
             UserError: There is no such study, or a process already works on it.
         """
+        jobs = jobs or self._jobs(key) or JOBS
         command = ["benchmark", str(self.folder(key)), "--resume", "--jobs", str(jobs)]
         self._processes.start(self.process(key), command)
         self._read_s = -float("inf")
 
     def jobs(self, key: str) -> int:
         """Return the number of parallel jobs of the process that works on a study; 1 where that is unknown."""
+        return self._jobs(key) or 1
+
+    def _jobs(self, key: str) -> int:
+        """Return the number of parallel jobs of the last process of a study; 0 where that is unknown."""
         command = self._processes.command(self.process(key))
-        return int(command[command.index("--jobs") + 1]) if "--jobs" in command else 1
+        return int(command[command.index("--jobs") + 1]) if "--jobs" in command else 0
 
     def stop(self, key: str) -> None:
         """Ask the process that works on a study to end; finished work is kept.

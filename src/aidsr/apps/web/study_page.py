@@ -11,7 +11,7 @@ from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import as_action, live
 from aidsr.apps.web.run_page import not_found
 from aidsr.apps.web.site import Site
-from aidsr.apps.web.studies import JOBS, RunOfStudy, StudyView
+from aidsr.apps.web.studies import RunOfStudy, StudyView
 from aidsr.apps.web.studies_panel import spending_of
 from aidsr.apps.web.widgets import badge, box, button, fact, notice, points, stop_button, text
 from aidsr.core.errors import AidsrError
@@ -58,7 +58,7 @@ def _actions(site: Site, key: str, state: tuple[bool, bool, int, bool]) -> None:
             hint = "Stops the study like Control-C; finished work is kept"
             stop_button(stop, is_stopping=is_stopping, hint=hint)
         elif left:
-            button("Resume", as_action(partial(site.studies.resume, key, JOBS)), "primary", "play_arrow")
+            button("Resume", as_action(partial(site.studies.resume, key)), "primary", "play_arrow")
         if report:
             ui.link("Report", report_address(key), new_tab=True)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any, get_args
 
 from nicegui import app, ui
@@ -12,10 +14,11 @@ from aidsr.apps.web.measure_form import measure_arguments, measure_field
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.widgets import box, button, text
 from aidsr.core.config import BUDGET_STEPS, Protocol
+from aidsr.core.errors import UserError
 from aidsr.core.formatting import format_duration
 from aidsr.learn.rl.recipe import LEAST_TELLING, recipe_of
 from aidsr.runs import DesignFolder, Run
-from aidsr.runs.trainings import trainings_of
+from aidsr.runs.trainings import Training, trainings_of
 
 _DEFAULTS: dict[str, Any] = {
     "steps": BUDGET_STEPS,
@@ -79,6 +82,23 @@ def training_form(site: Site, run: Run, design: DesignFolder, name: str, *, is_f
         for field in (steps, seeds, protocol):
             field.on_value_change(follow)
         follow()
+
+
+def continues(command: Sequence[str], training: Training) -> bool:
+    """Return whether a command, made by the form, is one that continues a training: its steps, a seed, its protocol."""
+    options = dict(pairwise(command))
+    config = training.config.read() or {}
+    try:
+        steps, first = int(options["--steps"]), int(options["--first-seed"])
+        seeds, algorithm = int(options["--seeds"]), recipe_of(options["--protocol"]).algorithm  # type: ignore[arg-type]
+    except (KeyError, ValueError, UserError):
+        return False
+    recipe = config.get("recipe") or {}
+    return (
+        config.get("steps") == steps
+        and config.get("seed") in range(first, first + seeds)
+        and recipe.get("algorithm", algorithm) == algorithm
+    )
 
 
 def _estimate(design: DesignFolder, choices: dict[str, Any]) -> str:

@@ -15,7 +15,7 @@ from aidsr.apps.web.live import as_action, live, show_error, working
 from aidsr.apps.web.recorded_episodes import Stage, record, replay_name, variation_of
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.study_runs import left_to_study
-from aidsr.apps.web.training_form import training_form
+from aidsr.apps.web.training_form import continues, training_form
 from aidsr.apps.web.view3d import Episode
 from aidsr.apps.web.widgets import badge, box, button, fact, long_text, notice, stop_button, text
 from aidsr.core.artifacts import EpisodeResult, Evaluation, PerturbedEpisodes
@@ -74,7 +74,9 @@ class _State:
     """Whether that process was started by the web app."""
     output_tail: str
     stopped: str = ""
-    """Where the last training, started by the web app, was stopped, in words; empty if it was not."""
+    """Where the last training was stopped, in words; empty if it was not, or no training was started here."""
+    continues: bool = False
+    """Whether the last command of the web app continues that training."""
     is_stopping: bool = False
 
 
@@ -103,15 +105,17 @@ def _state(site: Site, run: Run, design: DesignFolder) -> _State:
     if (told := site.processes.progress(name) if alive else None) and doing != _DOING["learning"]:
         doing = f"{doing} {told.doing[0].upper()}{told.doing[1:]}."
     output_tail = "" if alive or _has_new_verdict(site, name, trainings) else site.processes.output_tail(name)
-    stopped = "" if doing else _stopped(site.processes.command(name), trainings)
+    command = site.processes.command(name)
+    stopped = "" if doing else _stopped(command, trainings)
     if stopped and INTERRUPTED in output_tail:
         output_tail = ""  # that it was stopped is said already
     is_stopping = site.processes.is_stopping(name)
-    return _State(design.final_scene.path.exists(), doing, alive, output_tail, stopped, is_stopping)
+    own = bool(stopped) and _taken_up(site, name, trainings[-1]) and continues(command, trainings[-1])
+    return _State(design.final_scene.path.exists(), doing, alive, output_tail, stopped, own, is_stopping)
 
 
 def _stopped(command: Sequence[str], trainings: Sequence[Training]) -> str:
-    """Return where the last training was stopped, if a command is known that continues it; else an empty text."""
+    """Return where the last training was stopped, if a training was started here before; else an empty text."""
     if not command or not trainings or trainings[-1].evaluation.path.exists():
         return ""
     last = trainings[-1]
@@ -149,9 +153,13 @@ def _is_running(site: Site, name: str, training: Training) -> bool:
     """Whether a process works on this training of a design: one started elsewhere, or the design's own process."""
     if training.at_work:
         return True
+    return site.processes.is_alive(name) and (_taken_up(site, name, training) or training.result.path.exists())
+
+
+def _taken_up(site: Site, name: str, training: Training) -> bool:
+    """Whether the process of that name, or a later one, has begun or resumed a training."""
     events = training.path / "events.jsonl"
-    taken_up = events.exists() and events.stat().st_mtime >= site.processes.started_s(name)
-    return site.processes.is_alive(name) and (taken_up or training.result.path.exists())
+    return events.exists() and events.stat().st_mtime >= site.processes.started_s(name)
 
 
 def _judged(run: Run, training: Training) -> _Judged:
@@ -181,9 +189,13 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
             if state.stopped:
                 with box("notice wait", role="status"), box("row apart"):
                     text(state.stopped)
-                    again = as_action(lambda: site.processes.start(name, site.processes.command(name)))
-                    button("Continue training", again, "primary", "play_arrow", "With the settings it was started with")
-            training_form(site, run, design, name, is_first=not state.stopped)
+                    if state.continues:
+                        again = as_action(lambda: site.processes.start(name, site.processes.command(name)))
+                        hint = "With the settings it was started with"
+                        button("Continue training", again, "primary", "play_arrow", hint)
+                    else:
+                        text("It was not started here last; the command that started it continues it.", "small soft")
+            training_form(site, run, design, name, is_first=not state.continues)
             if state.output_tail:
                 text("Output of the last training:", "label")
                 long_text(state.output_tail, "last output", "last")

@@ -9,13 +9,18 @@ from nicegui import ui
 
 from aidsr.apps.web.goal_form import goal_form
 from aidsr.apps.web.upload import ENVIRONMENT, Form, upload
-from aidsr.apps.web.widgets import box, notice, text
+from aidsr.apps.web.widgets import box, button, notice, text
 from aidsr.core.errors import AidsrError
 from aidsr.examples import examples
 
+_WORDS = ("objective", "environment", "environment_name", "goal", "goal_name")
+"""Entries of the form that a template replaces."""
+
 
 def take_template(form: Form, name: str) -> None:
-    """Fill a form with a template."""
+    """Fill a form with a template; a person's own words are kept, see `take_back`."""
+    if not is_template(form):
+        form["replaced"] = {key: form[key] for key in _WORDS}
     template = examples()[name]
     form.update(
         source="words",
@@ -25,6 +30,11 @@ def take_template(form: Form, name: str) -> None:
         goal=template.goal,
         goal_name=f"{name}.toml",
     )
+
+
+def take_back(form: Form) -> None:
+    """Put a person's own words back in the place of the template that replaced them."""
+    form.update(form.pop("replaced", None) or {})
 
 
 def is_template(form: Form) -> bool:
@@ -41,7 +51,15 @@ def words_form(form: Form) -> ui.textarea:
             take_template(form, str(name))
             ui.navigate.to("/new")  # without the template, which would be taken again whenever the page is loaded
 
+    def undo() -> None:
+        take_back(form)
+        ui.navigate.to("/new")
+
     with box("stack"):
+        if form.get("replaced"):
+            with box("notice", role="status"), box("row apart"):
+                text("The template replaced your own words.")
+                button("Undo", undo, "quiet", "undo")
         offered = ui.select({name: each.title for name, each in examples().items()}, label="Start from a template")
         offered.props("outlined dense").on_value_change(lambda event: take(event.value))
         objective = ui.textarea("Objective").props("outlined autogrow").bind_value(form, "objective")
