@@ -9,7 +9,7 @@ from stick import Episode
 from aidsr.core.artifacts import Placement, Robot
 from aidsr.sim.assembly import assemble
 from aidsr.sim.task_sensors import ALL_CONTACTS
-from aidsr.tasks import Reader, Readings, load_task
+from aidsr.tasks import Reader, Readings, goal_task, load_task, parse_goal
 from aidsr.tasks.shaping import closeness, excess, share
 
 
@@ -156,6 +156,42 @@ def test_the_outline_is_strung_along_the_robot():
     assert reach.min() - 0.008 == pytest.approx(0.1 - 0.12, abs=1e-6)
     assert reach.max() + 0.008 == pytest.approx(0.1, abs=1e-6)
     assert outline.center_m[0, :, 2] == pytest.approx(0.05)
+
+
+SLAB = """
+<mujoco model="slab">
+  <worldbody>
+    <body name="slab">
+      <geom name="slab" type="box" size="0.1 0.06 0.005"/>
+      <geom name="rod" type="capsule" fromto="0 0 0.05 0 0 0.25" size="0.005"/>
+      <geom name="disk" type="cylinder" pos="0 0 0.3" size="0.05 0.01"/>
+      <site name="tip" pos="0 0 0.3"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+
+def test_the_robot_must_keep_out_with_its_whole_surface():
+    """Points all over the surface of three geoms, none of which may lie in a region unseen."""
+    goal = 'kind = "reach"\ntarget = "spot"\n[[limits]]\nkind = "keep_out"\ncenter_m = [0, 0, 0]\nsize_m = [1, 1, 1]'
+    room = '<mujoco><worldbody><site name="mount" pos="0 0 1"/><site name="spot" pos="0 0 1.2"/></worldbody></mujoco>'
+    task = goal_task(parse_goal(goal), room)
+    robot, placement = Robot(mjcf=SLAB, functional_part="tip"), Placement(mount="mount", base="fixed")
+    model = mujoco.MjModel.from_xml_string(assemble(robot, room, placement, task.sensors).mjcf)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    outline = Reader.of(task, model)._outline(data.geom_xpos[None], data.geom_xmat[None])
+    slab = [
+        (x, y, z) for x in np.linspace(-0.1, 0.1, 21) for y in np.linspace(-0.06, 0.06, 13) for z in (-0.005, 0.005)
+    ]
+    around = np.linspace(0, 2 * np.pi, 24)
+    rod = [(0.005 * np.cos(a), 0.005 * np.sin(a), z) for a in around for z in np.linspace(0.05, 0.25, 50)]
+    disk = [(r * np.cos(a), r * np.sin(a), z) for a in around for r in np.linspace(0, 0.05, 6) for z in (0.29, 0.31)]
+    for points, most_m in ((slab, 0.008), (rod, 0.001), (disk, 0.008)):
+        beyond_m = np.linalg.norm(np.array(points)[:, None] + [0, 0, 1] - outline.center_m[0], axis=2)
+        assert (beyond_m - outline.radius_m).min(axis=1).max() < most_m
+    assert len(outline.radius_m) < 350
 
 
 GHOST = """

@@ -103,8 +103,8 @@ def read_mechanism(mjcf: str) -> Mechanism:
 def farthest_m(mjcf: str, body: str, direction: tuple[float, ...]) -> float:
     """Return how far the joints of an environment let a body's centre of mass move in a direction [m].
 
-    Only joint ranges are considered, not obstacles. The joint positions are sampled on a grid, so the result is the
-    largest sampled value, not an upper bound.
+    Only joint ranges are considered, not obstacles. The joint positions are sampled on a grid that always has the ends
+    of all ranges, so the result is the largest sampled value, not an upper bound.
 
     Args:
         mjcf: MJCF of an environment or a scene.
@@ -113,7 +113,7 @@ def farthest_m(mjcf: str, body: str, direction: tuple[float, ...]) -> float:
 
     Returns:
         The distance [m]; infinite if the body is moved by a free or ball joint, or by a slide without a range that is
-        not perpendicular to the direction.
+        not perpendicular to the direction, or by more joints than can be sampled (14).
 
     Raises:
         MjcfError: The MJCF cannot be loaded.
@@ -128,10 +128,12 @@ def farthest_m(mjcf: str, body: str, direction: tuple[float, ...]) -> float:
     if any(_boundless(model, data, joint, along) for joint in joints):
         return math.inf
     addresses = [int(model.jnt_qposadr[joint]) for joint in joints if _AXES[_kind(model, joint)]]
-    each = max(2, min(_PLACES, int(_MOST_PLACES ** (1 / max(1, len(addresses))))))
+    each = min(_PLACES + 1, int(_MOST_PLACES ** (1 / max(1, len(addresses))) + 1e-9))
+    if each < 2:
+        return math.inf
     grids = [_places(model, joint, each) for joint in joints if _AXES[_kind(model, joint)]]
     start, most = data.xipos[index].copy(), 0.0
-    for places in itertools.islice(itertools.product(*grids), _MOST_PLACES):
+    for places in itertools.product(*grids):
         data.qpos[addresses] = places
         mujoco.mj_kinematics(model, data)
         most = max(most, float((data.xipos[index] - start) @ along))
@@ -155,9 +157,10 @@ def _boundless(model: mujoco.MjModel, data: mujoco.MjData, joint: int, along: np
 
 
 def _places(model: mujoco.MjModel, joint: int, count: int) -> np.ndarray:
+    """Return positions of a joint: the ends of its range, and the present one where there are more than two."""
     now = float(model.qpos0[model.jnt_qposadr[joint]])
     low, high = model.jnt_range[joint] if model.jnt_limited[joint] else (now - math.pi, now + math.pi)
-    return np.append(np.linspace(low, high, count), now)
+    return np.linspace(low, high, 2) if count == 2 else np.append(np.linspace(low, high, count - 1), now)
 
 
 def _kind(model: mujoco.MjModel, joint: int) -> JointKind:

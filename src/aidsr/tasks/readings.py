@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from aidsr.core.errors import UserError
 from aidsr.sim.structure import read_structure
 from aidsr.sim.task_sensors import CONTACT_SLOT_WIDTH
+from aidsr.tasks.outline import SPHERES, covering, strung
 
 if TYPE_CHECKING:
     from aidsr.tasks.task import Task
@@ -23,9 +24,6 @@ BoolArray = NDArray[np.bool_]
 
 TOUCH_N = 0.05
 """Smallest force that counts as touching [N]. Source: our choice, well above solver noise, the weight of 5 g."""
-
-_SPHERES = 3
-"""Number of spheres along the longest axis of each geom of the outline: at both ends and in the middle."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +53,7 @@ class Contacts:
 
 @dataclass(frozen=True)
 class Outline:
-    """The robot's surface as spheres along its geoms, for n simulations and p spheres."""
+    """The robot's surface as spheres in its geoms, for n simulations and p spheres; see `Task.covers_outline`."""
 
     center_m: FloatArray
     """World position, (n, p, 3) [m]."""
@@ -209,7 +207,8 @@ class Reader:
     length_m: float
     timestep_s: float
     geoms: tuple[int, ...]
-    """Ids of the robot's solid geoms; empty if the task does not need the outline."""
+    """Ids of the robot's solid geoms, each as often as `offset_m` has rows of it; empty if the task does not need the
+    outline."""
     offset_m: FloatArray
     """Centres of the outline's spheres in the frames of their geoms, (g, s, 3) [m]: g geoms, s spheres each."""
     radius_m: FloatArray
@@ -225,18 +224,20 @@ class Reader:
         solid = [geom for geom in structure.geoms if model.geom_contype[geom] or model.geom_conaffinity[geom]]
         geoms = tuple(solid) if task.needs_outline else ()
         half_m = np.array([model.geom_aabb[geom][3:] for geom in geoms]).reshape(-1, 3)
-        radius_m = half_m.min(axis=1)
-        along = half_m.max(axis=1) - radius_m
-        axis = np.eye(3)[half_m.argmax(axis=1)] if geoms else np.zeros((0, 3))
-        steps = np.linspace(-1.0, 1.0, _SPHERES)
-        share_m = np.repeat(2.0 * half_m.max(axis=1) / _SPHERES, _SPHERES)
+        offset_m, radius_m = strung(half_m)
+        share_m = np.repeat(2.0 * half_m.max(axis=1) / SPHERES, SPHERES)
+        if task.covers_outline and geoms:
+            owners, offset_m, radius_m = covering(model, geoms)
+            counts = [owners.count(geom) for geom in geoms]
+            share_m = np.repeat(2.0 * half_m.max(axis=1) / counts, counts)
+            geoms = owners
         return cls(
             columns={model.sensor(i).name: slice(int(a), int(a) + int(k)) for i, (a, k) in enumerate(starts)},
             length_m=structure.characteristic_length_m,
             timestep_s=float(model.opt.timestep),
             geoms=geoms,
-            offset_m=steps[None, :, None] * (along[:, None] * axis)[:, None, :],
-            radius_m=np.repeat(radius_m, _SPHERES),
+            offset_m=offset_m,
+            radius_m=radius_m.reshape(-1),
             length_share=share_m / max(share_m.sum(), structure.characteristic_length_m),
         )
 

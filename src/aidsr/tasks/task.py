@@ -153,6 +153,8 @@ class Task(ABC):
     """Features that `observe` returns, in this order."""
     needs_outline: ClassVar[bool] = False
     """Whether the task reads the robot's surface; see `Readings.outline`."""
+    covers_outline: ClassVar[bool] = False
+    """Whether the spheres of the outline cover each geom; otherwise there are three along each."""
     stages: ClassVar[tuple[tuple[float, str], ...]] = ()
     """Progress of each stage and its words, in ascending order: ((0.5, "at the button"), (1.0, "pressed"))."""
     decisive: ClassVar[str] = ""

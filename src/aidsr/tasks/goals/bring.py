@@ -52,13 +52,15 @@ class Bring(Goal):
         found = self.model_copy(update={"targets": targets})
         if self.region.center_m is not None:
             self._require_ways(environment, targets, found.needed)
-        centers_m = environment.mechanism.centers_m
-        points = np.array([centers_m[name] for name in targets])[None]
-        inside = self.region.outside_m(points, np.array(self.region.start_m(environment))[None]) <= 0.0
-        if inside.sum() >= found.needed:
-            there = ", ".join(name for name, is_in in zip(targets, inside[0], strict=True) if is_in)
-            raise UserError(f"the goal is met before anything moves: {there} begin in {self.region.words}")
         return found
+
+    def check_start(self, environment: EnvironmentIndex) -> None:
+        centers_m = environment.mechanism.centers_m
+        points = np.array([centers_m[name] for name in self.targets])[None]
+        inside = self.region.outside_m(points, np.array(self.region.start_m(environment))[None]) <= 0.0
+        if inside.sum() >= self.needed:
+            there = ", ".join(name for name, is_in in zip(self.targets, inside[0], strict=True) if is_in)
+            raise UserError(f"the goal is met before anything moves: {there} begin in {self.region.words}")
 
     def _require_ways(self, environment: EnvironmentIndex, targets: tuple[str, ...], needed: int) -> None:
         """Refuse a region that too few bodies can reach, because of their joints.

@@ -101,17 +101,30 @@ class EnvironmentIndex:
             )
 
     def require_solid(self, name: str, kind: str) -> None:
-        """Refuse a body that cannot be touched: it has no solid shape, nor does any body that it carries.
+        """Refuse a body without a solid shape of its own: sensors do not measure the bodies that it carries.
 
         Raises:
             UserError: There is no solid shape, or no such body.
         """
         self.body(name, kind)
+        part = self.solid_part(name)
+        if not part:
+            raise UserError(f'"{name}" cannot be touched: it has no solid shape (contype and conaffinity are 0)')
+        if part != name:
+            raise UserError(
+                f'"{name}" has no solid shape of its own, and touches of what it carries are not measured; name its '
+                f'body "{part}"'
+            )
+
+    def solid_part(self, name: str) -> str:
+        """Return the first body with a solid shape among a body and those that it carries; "" if there is none."""
         carried = {name}
         for body in self.summary.bodies:  # parents come first
-            carried |= {body.name} if body.parent in carried and body.name else set()
-        if not any(geom.solid for body in self.summary.bodies if body.name in carried for geom in body.geoms):
-            raise UserError(f'"{name}" cannot be touched: it has no solid shape (contype and conaffinity are 0)')
+            if body.name in carried or (body.parent in carried and _is_environment(body.name)):
+                carried.add(body.name)
+                if any(geom.solid for geom in body.geoms):
+                    return body.name
+        return ""
 
     def matching(self, patterns: Sequence[str], kind: str) -> tuple[str, ...]:
         """Return the bodies that match names or patterns such as "pellet_*", each once.

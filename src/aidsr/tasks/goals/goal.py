@@ -97,6 +97,14 @@ class Goal(Artifact):
             UserError: A name does not exist, or the goal cannot be met in this environment.
         """
 
+    def check_start(self, environment: EnvironmentIndex) -> None:
+        """Refuse a resolved goal that is met before anything moves, as far as that is known without a simulation.
+
+        Raises:
+            UserError: The goal is met at the start.
+        """
+        del environment
+
     @property
     def needs_contact(self) -> bool:
         """Whether the goal can only be met by touching something."""

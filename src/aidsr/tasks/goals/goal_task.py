@@ -30,6 +30,10 @@ from aidsr.tasks.variation import Change, Variation
 
 _GOAL, _LIMIT = "goal", "limit"
 """Prefixes of sensor names."""
+_STEPS_S = (0.002, 0.001, 0.0005, 0.0002, 0.0001)
+"""Time steps that are proposed [s]. Our choice: that of all tasks, and shorter ones that divide the control step."""
+_STEP_ROUNDING = 1e-5
+"""Relative tolerance of a time step: MJCF is written with six digits."""
 _VARIED = 4
 """Number of variations in which the environment is simulated without a robot. Our choice: most have four corners."""
 _BEYOND = "beyond_s"
@@ -60,6 +64,7 @@ class GoalTask(Task):
             "hold_s": goal.hold_s,
             "needs_contact": goal.needs_contact,
             "needs_outline": any(limit.needs_outline for limit in goal.limits),
+            "covers_outline": True,
             "required_names": goal.places,
             "sensors": self._sensors(),
             "features": goal.features,
@@ -215,7 +220,9 @@ def goal_task(goal: AnyGoal, mjcf: str) -> GoalTask:
     except MjcfError as error:
         raise UserError(f"cannot load the environment of the goal: {error}") from None
     environment = EnvironmentIndex(mjcf, summary)
+    _check_step(summary.timestep_s)
     found: AnyGoal = goal.resolved(environment)
+    found.check_start(environment)
     check_speed(found)
     found.mount.check(environment)
     for number, limit in enumerate(found.limits, start=1):
@@ -236,6 +243,24 @@ def goal_task(goal: AnyGoal, mjcf: str) -> GoalTask:
     refuse_buried(mjcf, found.reached)
     refuse_buried_corners(mjcf, found.corners_m)
     return replace(task, unattended=runs)
+
+
+def _check_step(step_s: float) -> None:
+    """Refuse a time step that does not divide the control step: hold times and time limits would be wrong.
+
+    The time step of the robot does not matter: assembly divides that of the environment by a whole number.
+
+    Raises:
+        UserError: The time step does not divide the control step.
+    """
+    steps = Task.control_dt_s / step_s if step_s > 0.0 else 0.0
+    if round(steps) >= 1 and abs(steps - round(steps)) <= _STEP_ROUNDING * steps:
+        return
+    cure_s = next((step for step in _STEPS_S if step <= step_s), _STEPS_S[0])
+    raise UserError(
+        f"the time step {step_s:g} s does not divide the control step of {Task.control_dt_s:g} s; use {cure_s:g}, in "
+        f'<option timestep="{cure_s:g}"/>'
+    )
 
 
 def _holds_robot(summary: EnvironmentSummary) -> bool:
@@ -275,9 +300,26 @@ def _place(target: str, goal: Goal, summary: EnvironmentSummary) -> Change:
         (site,) = (site for site in summary.sites if site.name == target)
         return Change("site_pos", target, site.position_m)
     outermost = carriers[-1]
+    if outermost.name in _under_mounts(summary) and goal.base != "free":
+        raise UserError(
+            f'vary_m: "{outermost.name}" carries the mount too, so nothing would vary; put "{target}" on a body of its '
+            "own"
+        )
     if outermost.free:
         return Change("qpos", outermost.name, outermost.position_m, of_body=True)
     return Change("body_pos", outermost.name, outermost.position_m)
+
+
+def _under_mounts(summary: EnvironmentSummary) -> set[str]:
+    """Return the bodies that carry a mount."""
+    parents = {body.name: body.parent for body in summary.bodies}
+    mounts, found = {mount.name for mount in summary.mounts}, set[str]()
+    for site in summary.sites:
+        name = site.body if site.name in mounts else "world"
+        while name and name != "world":
+            found.add(name)
+            name = parents.get(name, "world")
+    return found
 
 
 def _carriers(target: str, goal: Goal, summary: EnvironmentSummary) -> Sequence[BodySummary]:

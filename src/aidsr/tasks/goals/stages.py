@@ -81,6 +81,10 @@ class Stages(Goal):
     def resolved(self, environment: EnvironmentIndex) -> Self:
         return self.model_copy(update={"stages": tuple(stage.resolved(environment) for stage in self.stages)})
 
+    def check_start(self, environment: EnvironmentIndex) -> None:
+        # a later stage may ask for what holds at the start: the stages before it end that
+        self.stages[0].check_start(environment)
+
     def _parts(self, seen: GoalReadings) -> Iterator[tuple[int, Goal, GoalReadings]]:
         for index, stage in enumerate(self.stages):
             yield index, stage, GoalReadings(seen.readings, _tag(seen.tag, index), seen.dt_s)

@@ -75,7 +75,7 @@ class Turn(Goal):
                     f'the joint "{self.joint}" cannot be turned by {self.by_deg:g} deg: its range ends after '
                     f"{way_deg:.3g} deg that way; ask for less, turn it the other way, or give it a wider range"
                 )
-        target = self.target or joint.body
+        target = self.target or (joint.body and (environment.solid_part(joint.body) or joint.body))
         if not target:
             raise UserError(f'the joint "{self.joint}" moves a body without a name; name that body')
         environment.require_solid(target, "turn")
