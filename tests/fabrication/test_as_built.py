@@ -1,5 +1,6 @@
 """The robot as built has the ranges and masses of its parts, however its file says them."""
 
+import re
 from functools import cache
 
 import mujoco
@@ -89,6 +90,34 @@ def test_hinges_are_at_rest_in_the_pose_that_is_printed_and_lost_preload_is_told
     assert preload.simulated == f"{0.3 * abs(np.deg2rad(rest)):.2f} N m, at rest at {rest} deg"
     assert preload.built.startswith("none")
     assert not [what for what in (change.what for change in changes_of(made(finger()))) if "preload" in what]
+
+
+BENDS_BOTH_WAYS = '<joint name="bend_{0}" axis="0 1 0"', '<joint name="side_{0}" axis="1 0 0" stiffness="0.3"/>'
+
+
+@pytest.mark.parametrize("material", ["tpu95a", "petg"], ids=["round necks", "single rods"])
+def test_a_round_hinge_twists_and_that_is_told(material: str) -> None:
+    """A round section has J = 2 I, so G J / l = E I / l / (1 + nu); nu is 0.5 for rubber and 0.3 for metals."""
+    mjcf = finger()
+    for number in (1, 2, 3):
+        bend, side = (part.format(number) for part in BENDS_BOTH_WAYS)
+        mjcf = mjcf.replace(bend, side + bend)
+    build = build_robot(mjcf, [], printer_named("fdm"), material=material)
+    told = {change.what: change for change in changes_of(build)}["twist about the limb, in 3 joints"]
+    assert told.simulated == "rigid"
+    stiffness = min(hinge.stiffness_n_m_rad for hinge in build.hinges.hinges.values())
+    given = float(re.search(r"([\d.]+) N m/rad", told.built)[1])
+    assert stiffness / 1.5 < given < stiffness / 1.3
+
+
+def test_flat_necks_and_pairs_of_rods_resist_twist_more() -> None:
+    """A strip has J = 4 I. Rods at 4 mm from the axis and clamped at both ends add 12 E I (y / g)^2 / g."""
+    for material, share in (("tpu95a", lambda _: 1.4), ("petg", lambda free_mm: 0.7 + 12 * (4.0 / free_mm) ** 2)):
+        build = build_robot(finger(), [], printer_named("fdm"), material=material)
+        hinge = build.hinges.hinges[0]
+        told = {change.what: change for change in changes_of(build)}["twist about the limb, in 3 joints"]
+        given = float(re.search(r"([\d.]+) N m/rad", told.built)[1])
+        assert given == pytest.approx(share(hinge.free_mm) * hinge.stiffness_n_m_rad, rel=0.01)
 
 
 @pytest.mark.parametrize(

@@ -133,6 +133,18 @@ def test_one_backbone_passes_joints_that_turn_alike(axes: str, kind: str) -> Non
     assert len(hinges.backbones) == 1
 
 
+def test_guides_at_unequal_distances_leave_the_joint_in_the_middle_of_its_gap() -> None:
+    """A neck bends about its middle, so one from -2 to +9 mm would turn 3.5 mm away from the simulated joint."""
+    mjcf = finger(joint="").replace('0.0095 0 0.015"', '0.0095 0 0.018"').replace('0.0095 0 0.005"', '0.0095 0 0.009"')
+    anatomy = read_anatomy(mjcf)
+    first, second, _ = Skeleton(anatomy).gaps
+    assert (first.before_mm, first.after_mm) == pytest.approx((1.0, 1.0)), "a guide of the base at 9 mm of 10"
+    assert (second.before_mm, second.after_mm) == pytest.approx((2.0, 2.0))
+    assert second.touch_rad == pytest.approx(2 * math.atan(2.0 / 9.5))
+    hinges = design_hinges(anatomy, Skeleton(anatomy), material_for(printer_named("fdm"), "tpu95a")[0]).hinges
+    assert hinges[1].free_mm == pytest.approx(4.0)
+
+
 def test_what_a_printer_cannot_print_is_refused() -> None:
     with pytest.raises(UserError, match="tough2000"):
         material_for(printer_named("sla"), "tpu95a")

@@ -9,11 +9,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from aidsr.fabrication.build import PrintedPart, RobotBuild
+from aidsr.fabrication.hinges import Hinge
 from aidsr.fabrication.schema import Change
 
 _NOTICED = 0.01
 """Relative difference above which a value is listed as changed. Our choice: the repeatability of a printer."""
 
+
+_ROUND_TWIST = 0.7
+"""Twisting / bending stiffness of a round section: G J / (E I) = 1 / (1 + nu), which is 0.67 for TPU (nu 0.5), 0.75 for
+NiTi (0.33) and 0.78 for steel (0.29). Glass-fibre rods, which are stiff along their fibres alone, twist more easily."""
 
 _AT_REST_RAD = math.radians(1.0)
 """Angle between a spring's rest and the initial pose, above which the spring is listed as preloaded. Our choice."""
@@ -127,6 +132,7 @@ def _joint_changes(build: RobotBuild) -> list[Change]:
         name = joints[worst.joint].names[0]
         built = f"{worst.stiffness_n_m_rad:.3f} N m/rad, as thicknesses are rounded to 0.05 mm"
         found.append(Change(what=f"stiffness, most at {name}", simulated=f"{asked:.3f} N m/rad", built=built))
+    found += _twist_changes(build)
     found += _preload_changes(build)
     found += _range_changes(build)
     bent = [h for h in build.hinges.hinges.values() if build.skeleton.gaps[h.joint].bend_rad > h.linear_rad]
@@ -140,6 +146,38 @@ def _joint_changes(build: RobotBuild) -> list[Change]:
             )
         )
     return found
+
+
+def _twist_changes(build: RobotBuild) -> Iterator[Change]:
+    """Yield the joints with the softest twist; a rod or neck twists about as easily as it bends."""
+    joints, hinges = build.anatomy.joints, build.hinges.hinges.values()
+    for kind, simulated in (("hinge", "rigid"), ("ball", "as stiff as bending")):
+        twisting = [hinge for hinge in hinges if joints[hinge.joint].kind == kind]
+        if twisting:
+            softest = min(twisting, key=lambda hinge: _twist_share(hinge) * hinge.stiffness_n_m_rad)
+            share, name = _twist_share(softest), joints[softest.joint].names[0]
+            stiffness = f"{share * softest.stiffness_n_m_rad:.3f} N m/rad"
+            yield Change(
+                what=f"twist about the limb, in {_joints(len(twisting))}",
+                simulated=simulated,
+                built=f"about {stiffness} at {name}, {share:.1f} of its bending stiffness; not simulated",
+            )
+
+
+def _twist_share(hinge: Hinge) -> float:
+    """Return the twisting stiffness of a hinge about the limb / its bending stiffness.
+
+    Source: Saint-Venant torsion with isotropic elasticity, G = E / (2 (1 + nu)). A round section has J = 2 I, a thin
+    strip J = w t^3 / 3 = 4 I. Each of two rods, clamped at both ends and at a distance y from the axis, also bends
+    sideways with 12 E I / g^3.
+    """
+    match hinge.kind:
+        case "flat":
+            return 2 * _ROUND_TWIST
+        case "pair":
+            return _ROUND_TWIST + 12 * (hinge.width_mm / 2 / hinge.free_mm) ** 2
+        case _:
+            return _ROUND_TWIST
 
 
 def _preload_changes(build: RobotBuild) -> Iterator[Change]:

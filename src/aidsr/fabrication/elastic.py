@@ -40,6 +40,6 @@ def unsupported_reason(joint: Joint) -> str:
     if joint.offset_mm > 1.0:
         return "has axes that do not meet in one point"
     if len(joint.names) > 2 and joint.kind == "hinge":
-        return "has more than two hinges; a rod that bends both ways hardly twists"
+        return "has more than two hinges; a rod or neck bends both ways, but its stiffness in twist cannot be chosen"
     low, high = min(joint.stiffness_n_m_rad), max(joint.stiffness_n_m_rad)
     return "" if high <= (1 + _SAME_STIFFNESS) * low else "has axes of different stiffness"

@@ -26,7 +26,10 @@ _NEAR_MM = 5.0
 _CROWDED_MM3 = 1.0
 """Largest overlap of two pieces. Our choice: trimming a print with a knife removes more."""
 
-_CURE = "Move the routing sites away from other parts, or nearer to the part they belong to."
+_CURE = (
+    "Move the routing sites away from other parts, or nearer to the part they belong to; beside a joint, place them at "
+    "equal distances before and behind it."
+)
 
 _MIDDLE = (0.2, 0.8)
 """Range of a duct, as shares of its length, in which its wall is measured; mouths widen at its ends."""

@@ -148,21 +148,20 @@ class Skeleton:
     def _gap(self, index: int) -> Gap:
         joint, anchor = self.anatomy.joints[index], self.anchors[index]
         before, after = self._axes(index)
-        back, on = self._room(index)
         crossings = list(self.crossings(index))
         behind = [float((anchor - np.array(one.position_mm)) @ before) for one, _ in crossings]
         ahead = [float((np.array(other.position_mm) - anchor) @ after) for _, other in crossings]
         offsets = [_distance(np.array(other.position_mm), anchor, after) for _, other in crossings]
-        before_mm, after_mm = _half_gap(behind, back), _half_gap(ahead, on)
+        half_mm = _half_gap([*behind, *ahead], self._room(index))  # the same on both sides: hinges bend in the middle
         radius_mm, reach_mm = self._radius(joint, anchor, after), max(offsets, default=0.0)
-        touch_rad = _touching_rad(before_mm + after_mm, max(radius_mm, reach_mm + self.wall_mm))
+        touch_rad = _touching_rad(2 * half_mm, max(radius_mm, reach_mm + self.wall_mm))
         return Gap(
             joint=index,
             anchor=anchor,
             before=before,
             after=after,
-            before_mm=before_mm,
-            after_mm=after_mm,
+            before_mm=half_mm,
+            after_mm=half_mm,
             radius_mm=radius_mm,
             reach_mm=reach_mm,
             touch_rad=touch_rad,
@@ -195,14 +194,13 @@ class Skeleton:
                 return axis if axis @ ahead > 0 else -axis
         return ahead
 
-    def _room(self, index: int) -> tuple[float, float]:
-        """Return the largest distances of a gap's two faces from the anchor, limited by the nearest joint [mm]."""
+    def _room(self, index: int) -> float:
+        """Return the largest distance of a gap's faces from the anchor, limited by the nearest joint [mm]."""
         joint, anchor = self.anatomy.joints[index], self.anchors[index]
         others = self._out.get(joint.child, []) + [j for j in (self._into.get(joint.parent),) if j is not None]
         apart = [float(np.linalg.norm(self.anchors[other] - anchor)) for other in others if other != index]
         nearest = min((distance for distance in apart if distance > 0), default=4 * _LONGEST_HALF_GAP_MM)
-        room = max(_LEAST_HALF_GAP_MM, min((nearest - _LEAST_RIGID_MM) / 2, _SHARE_OF_SEGMENT * 2 * nearest))
-        return room, room
+        return max(_LEAST_HALF_GAP_MM, min((nearest - _LEAST_RIGID_MM) / 2, _SHARE_OF_SEGMENT * 2 * nearest))
 
     def _radius(self, joint: Joint, anchor: Vector, axis: Vector) -> float:
         """Return the radius of the limb at a joint [mm].
