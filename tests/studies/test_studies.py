@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import html
 import io
 import json
 import os
@@ -510,14 +511,18 @@ def test_a_failure_that_was_cut_off_by_a_kill_does_not_stop_the_report(finished:
     whole = file.read_bytes()
     file.write_bytes(whole + whole[:20])
     assert [one["error"] for one in read_failures(study)] == ["the disk was lost"]
-    page = write_report(study).read_text()
-    assert "attempt 1: the disk was lost" in page
-
+    assert "attempt 1: the disk was lost" in write_report(study).read_text()
     runner._note_failure(study, EndedJob(job, "once more", 1.0), 2)
     assert [one["error"] for one in read_failures(study)] == ["the disk was lost", "once more"]
     file.write_bytes(whole + b'{"time": 1}\n')
     with pytest.raises(UserError, match=r"line 2 of .*failures.jsonl is not a failed job; remove or restore that line"):
         read_failures(study)
+
+
+def test_the_commands_of_a_report_work_for_a_folder_with_a_space(finished: Study, tmp_path: Path) -> None:
+    study = Study(Path(shutil.copytree(finished.path, tmp_path / "my study")), finished.plan)
+    page = html.unescape(write_report(study).read_text())
+    assert f"<pre>aidsr benchmark '{study.path}' --resume\naidsr report '{study.path}'</pre>" in page
 
 
 def page_of(study: Study) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -77,7 +78,7 @@ def print_status(console: Console, run: Run, status: RunStatus) -> None:
         console.print(f"\nOpen [bold]{escape(str(run.summary))}[/]", soft_wrap=True)
     if status.state != "finished":
         when = "Resume" if status.state == "stopped" else "If no process is running it, resume"
-        console.print(f"{when} with [bold]aidsr resume {escape(str(run.path))}[/]", soft_wrap=True)
+        console.print(f"{when} with [bold]aidsr resume {escape(shlex.quote(str(run.path)))}[/]", soft_wrap=True)
 
 
 def print_probes(console: Console, run: Run, status: RunStatus) -> None:
