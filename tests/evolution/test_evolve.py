@@ -16,6 +16,7 @@ from aidsr.evolution import Evolution, Plan, begin, generations, run_generations
 from aidsr.loop import runner
 from aidsr.memory import Lesson
 from aidsr.runs import Run
+from aidsr.runs.origin import MARK, ForeignFolderError
 from aidsr.tasks import load_task
 from scripted import Script, Scripted, parts, tried
 
@@ -264,6 +265,38 @@ def test_a_generation_that_is_continued_gets_what_the_others_left(
     run_generations(evolution)
     assert (first.budget().tokens, second.budget().tokens) == (400, 1000)
     assert [seed for seed, _ in designs] == [0, 1, 0]
+
+
+@pytest.mark.parametrize("model", [(), ("--model", "openai:gpt-5")])
+def test_a_folder_from_elsewhere_does_not_choose_where_prompts_are_sent(
+    model: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("OPENAI_API_KEY", "never-used")
+    evolution = begun(tmp_path, config=CONFIG.updated({"model": "m@http://127.0.0.1:9/v1"}))
+    with pytest.raises(SystemExit) as ended:
+        main(["evolve", "--task", "gap", "--out", str(evolution.path), "--generations", "3", "--concepts", "1", *model])
+    assert ended.value.code == 2
+    assert "holds an evolution with another plan (evolve.json)" in capsys.readouterr().err
+    assert list(evolution.generations()) == []
+
+
+def test_the_budget_of_a_run_from_elsewhere_is_not_touched(
+    tmp_path: Path, designs: list[tuple[int, str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Spent:
+        state = "stopped"
+        usage = Usage(input_tokens=300, output_tokens=300)
+
+    monkeypatch.setenv("OPENAI_API_KEY", "never-used")
+    config = CONFIG.updated({"model": "openai:gpt-5", "budget": Budget(tokens=1000)})
+    evolution = begun(tmp_path, generations=2, config=config)
+    run_generations(evolution)
+    first, _ = evolution.generations().values()
+    (first.path / MARK).unlink()
+    monkeypatch.setattr(generations, "read_status", lambda _run: Spent)
+    with pytest.raises(ForeignFolderError, match=r"was not made here, or run\.json was changed since"):
+        run_generations(evolution)
+    assert not first.larger_budget.exists()
 
 
 def test_one_that_is_reopened_with_another_goal_or_environment_is_refused(tmp_path: Path) -> None:

@@ -51,6 +51,13 @@ def test_a_hundred_thousand_tasks_are_refused_at_once(tmp_path: Path) -> None:
     assert time.process_time() - began_s < 10  # hours, when each task was counted among all
 
 
+def test_one_without_its_hash_is_refused_in_a_sentence(tmp_path: Path) -> None:
+    content = submission(("gap",)).model_dump(mode="json")
+    del content["sha256"]
+    with pytest.raises(UserError, match="its hash does not match; write it again with aidsr submit"):
+        leaderboard([written(tmp_path / "bare.json", content)])
+
+
 def test_a_plan_that_asks_for_billions_of_designs_is_refused_at_the_first_that_is_missing(tmp_path: Path) -> None:
     content = submission(("gap",)).model_dump(mode="json")
     arm = content["plan"]["arms"][0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import html
 import io
 import json
 import os
@@ -28,6 +29,7 @@ from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
 from aidsr.learn.openloop import probe
 from aidsr.learn.rl.recipe import Recipe, recipe_of
+from aidsr.studies import runner
 from aidsr.studies.arms import make_plan
 from aidsr.studies.estimate import estimate_study
 from aidsr.studies.gallery import gallery
@@ -562,6 +564,28 @@ def test_the_report_names_the_software_that_evaluated_the_policies(finished: Stu
     differ = "commit abc, python 3.11.7, mujoco 3.3.5 and commit def, python 3.11.7, mujoco 3.3.5"
     assert f"The studies also differ in: policies evaluated by {differ}" in " ".join(compared(alike, later).split())
     assert "also differ" not in compared(alike, alike)
+
+
+def test_a_failure_that_was_cut_off_by_a_kill_does_not_stop_the_report(finished: Study, tmp_path: Path) -> None:
+    study = Study(Path(shutil.copytree(finished.path, tmp_path / "my study")), finished.plan)
+    file = study.path / "failures.jsonl"
+    (job,) = {Job(cell, "verify", 1) for cell in study.cells if cell.arm == "bare"}
+    runner._note_failure(study, EndedJob(job, "the disk was lost", 1.0), 1)
+    whole = file.read_bytes()
+    file.write_bytes(whole + whole[:20])
+    assert [one["error"] for one in read_failures(study)] == ["the disk was lost"]
+    assert "attempt 1: the disk was lost" in write_report(study).read_text()
+    runner._note_failure(study, EndedJob(job, "once more", 1.0), 2)
+    assert [one["error"] for one in read_failures(study)] == ["the disk was lost", "once more"]
+    file.write_bytes(whole + b'{"time": 1}\n')
+    with pytest.raises(UserError, match=r"line 2 of .*failures.jsonl is not a failed job; remove or restore that line"):
+        read_failures(study)
+
+
+def test_the_commands_of_a_report_work_for_a_folder_with_a_space(finished: Study, tmp_path: Path) -> None:
+    study = Study(Path(shutil.copytree(finished.path, tmp_path / "my study")), finished.plan)
+    page = html.unescape(write_report(study).read_text())
+    assert f"<pre>aidsr benchmark '{study.path}' --resume\naidsr report '{study.path}'</pre>" in page
 
 
 def page_of(study: Study) -> str:

@@ -237,7 +237,7 @@ def test_the_command_ends_in_a_sentence_that_says_how_to_go_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("OPENAI_API_KEY", "never-used")
-    words = ["benchmark", str(tmp_path / "s"), "--tasks", "button_pushing", "--designs", "3", "--seeds", "0"]
+    words = ["benchmark", str(tmp_path / "my s"), "--tasks", "button_pushing", "--designs", "3", "--seeds", "0"]
     words += ["--model", "openai:gpt-5", "--jobs", "1", "--max-cost", "0.01", "--method", "full", "no_groups"]
     with pytest.raises(SystemExit) as tried:
         main([*words, "--dry-run"])
@@ -252,15 +252,15 @@ def test_the_command_ends_in_a_sentence_that_says_how_to_go_on(
     named = "openai-gpt-5/reaching.button_pushing/1, openai-gpt-5.no_groups/reaching.button_pushing/1"
     assert f"2 runs are unfinished ({named})" in said, "what waits for an unpaid run is unpaid too"
     assert "The run may cost" not in said, "a share that was too small is no failure"
-    assert f"aidsr benchmark {tmp_path / 's'} --resume --max-cost 3" in said
+    assert f"aidsr benchmark '{tmp_path / 'my s'}' --resume --max-cost 3" in said
     assert "cost $0.00 of $0.01" in said
     assert "failed 0" in said
     with pytest.raises(SystemExit):
-        main(["benchmark", str(tmp_path / "s"), "--resume", "--jobs", "1", "--max-tokens", "1000000"])
+        main(["benchmark", str(tmp_path / "my s"), "--resume", "--jobs", "1", "--max-tokens", "1000000"])
     said = capsys.readouterr().out
     assert "$0.00 of $0.01 spent and 0 of 1,000,000 tokens used; the remaining budget (cost) is not enough" in said
     assert "--max-tokens" not in said.partition("By the estimate")[2], "only the limit that refused has to be raised"
-    assert read_budget(open_study(tmp_path / "s")) == Budget(cost_usd=0.01, tokens=1_000_000), "both hold"
+    assert read_budget(open_study(tmp_path / "my s")) == Budget(cost_usd=0.01, tokens=1_000_000), "both hold"
 
 
 def test_an_arm_whose_own_budget_is_too_small_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

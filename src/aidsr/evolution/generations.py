@@ -27,7 +27,7 @@ from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import AidsrError, BudgetError, IsolationError, MjcfError, UserError
 from aidsr.core.extras import require_extra
 from aidsr.evolution.report import report
-from aidsr.loop.run import create_run, make_brief, mjcf_text, parts_of, replace_budget
+from aidsr.loop.run import create_run, make_brief, mjcf_text, parts_of, replace_budget, require_run_is_ours
 from aidsr.loop.runner import Listen, run_designs
 from aidsr.memory import Lesson, Memory
 from aidsr.memory.collecting import lessons_of
@@ -259,6 +259,9 @@ def _begin_or_continue(evolution: Evolution, plan: Plan, number: int, begun: Map
     """Return the run of a generation; None if the budget is spent.
 
     Unless the run is finished, its budget is what the other generations left.
+
+    Raises:
+        ForeignFolderError: The run is unfinished, was not made on this machine, and its prompts leave this process.
     """
     run = begun.get(number)
     if run is not None and read_status(run).state == "finished":
@@ -268,6 +271,7 @@ def _begin_or_continue(evolution: Evolution, plan: Plan, number: int, begun: Map
         return None
     if run is None:
         return _new_generation(evolution, plan, number, left)
+    require_run_is_ours(run, trust=False)
     if left != run.budget():  # an earlier version began the next generation when this one had stopped
         replace_budget(run, left)
     return run

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
+from pathlib import Path
 
 from aidsr.core.errors import Limit, UserError
 from aidsr.studies.budget import StudyBudget, read_budget
@@ -158,17 +159,35 @@ def run_study(
 
 
 def read_failures(study: Study) -> list[dict[str, object]]:
-    """Return every failed attempt in order, with the keys "time", "job", "attempt" and "error"."""
+    """Return every failed attempt in order, with the keys of `_KEYS`. An unfinished last line is ignored.
+
+    Raises:
+        UserError: A complete line is not a failed attempt.
+    """
     path = study.path / "failures.jsonl"
-    return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()] if path.exists() else []
+    lines = path.read_bytes().split(b"\n")[:-1] if path.exists() else []
+    return [_failure(path, number, line) for number, line in enumerate(lines, start=1)]
+
+
+_KEYS = ("time", "job", "attempt", "error")
+
+
+def _failure(path: Path, number: int, line: bytes) -> dict[str, object]:
+    try:
+        found = json.loads(line)
+    except ValueError:
+        found = None
+    if not isinstance(found, dict) or not found.keys() >= set(_KEYS):
+        raise UserError(f"line {number} of {path} is not a failed job; remove or restore that line")
+    return found
 
 
 def _note_failure(study: Study, ended: EndedJob, attempt: int) -> None:
-    note = {
-        "time": datetime.now(UTC).isoformat(timespec="seconds"),
-        "job": ended.job.name,
-        "attempt": attempt,
-        "error": ended.error or "the job ended without writing its output",
-    }
-    with (study.path / "failures.jsonl").open("a", encoding="utf-8") as file:
-        file.write(json.dumps(note) + "\n")
+    """Append a failed attempt; an unfinished last line of a killed process is cut off."""
+    time = datetime.now(UTC).isoformat(timespec="seconds")
+    error = ended.error or "the job ended without writing its output"
+    note = dict(zip(_KEYS, (time, ended.job.name, attempt, error), strict=True))
+    with (study.path / "failures.jsonl").open("a+b") as file:
+        file.seek(0)
+        file.truncate(file.read().rfind(b"\n") + 1)
+        file.write(json.dumps(note).encode() + b"\n")

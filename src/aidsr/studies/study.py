@@ -150,6 +150,11 @@ class Study:
     plan: StudyPlan
 
     @property
+    def quoted_path(self) -> str:
+        """Path of its folder as a word of a shell command."""
+        return shlex.quote(str(self.path))
+
+    @property
     def cells(self) -> Iterator[Cell]:
         """All runs of the plan. The first run of each task and arm comes first, so that results are readable early."""
         for number in range(1, self.plan.runs + 1):

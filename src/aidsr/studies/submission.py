@@ -149,7 +149,7 @@ def _digest(text: str) -> str:
     It is computed from the text, not the model, so that a later version with more fields still accepts the file.
     """
     content = json.loads(text)
-    del content["sha256"]
+    content.pop("sha256", None)  # absent in a file that somebody changed
     return hashlib.sha256(json.dumps(content, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
 
 

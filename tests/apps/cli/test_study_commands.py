@@ -14,6 +14,7 @@ from aidsr.apps.cli.plan_options import PlanOptions
 from aidsr.apps.cli.studies import StudyTable
 from aidsr.core.config import RunConfig
 from aidsr.loop.run import create_run, make_brief
+from aidsr.studies import benchmark
 from aidsr.studies.jobs import Job
 from aidsr.studies.pool import EndedJob
 from aidsr.studies.runner import Progress
@@ -31,6 +32,19 @@ def said(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str]:
         main(["benchmark", *words])
     captured = capsys.readouterr()
     return int(ended.value.code or 0), captured.out + captured.err
+
+
+def test_an_interrupted_study_says_how_to_resume_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_asked: object, **_how: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(benchmark, "run_jobs", interrupted)
+    study = create_study(tmp_path / "my study", PLAN)
+    code, text = said(capsys, str(study.path), "--resume")
+    assert code == 130
+    assert f"Interrupted. Resume with aidsr benchmark '{study.path}' --resume\n" in text
 
 
 @pytest.mark.parametrize(

@@ -80,7 +80,8 @@ def benchmark(
         with StudyTable(console, found) as table:
             progress = run_jobs(found, limit, jobs=jobs, ray=ray or "", listen=table.listen)
     except KeyboardInterrupt:
-        console.print(f"\nInterrupted. Resume with aidsr benchmark {study} --resume", markup=False, soft_wrap=True)
+        resuming = f"aidsr benchmark {found.quoted_path} --resume"
+        console.print(f"\nInterrupted. Resume with {resuming}", markup=False, soft_wrap=True)
         return 130
     console.print(f"Report: {write_report(found)}", markup=False, soft_wrap=True)
     if progress.unpaid:

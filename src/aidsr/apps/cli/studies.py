@@ -95,7 +95,7 @@ def print_unfinished(console: Console, study: Study, refused: Collection[Limit])
         f"The study's limit is reached: {' and '.join(parts)}; the remaining budget ({format_limits(refused)}) is "
         f"not enough for the next call. {runs} unfinished ({escape(names)}). To continue with a limit that should be "
         f"enough according to the estimate: aidsr benchmark "
-        f"{escape(str(study.path))} --resume {' '.join(options)}",
+        f"{escape(study.quoted_path)} --resume {' '.join(options)}",
         soft_wrap=True,
     )
 
