@@ -215,6 +215,25 @@ def test_a_number_is_swept_in_a_scene_under_a_script(tmp_path: Path) -> None:
     assert fast == pytest.approx(500 * 1.0 / 1.1, rel=0.01), "of the centre of mass: 1 kg moves and 0.1 kg stays"
 
 
+def test_a_robot_that_was_not_stood_stays_where_it_is_when_it_is_swept(tmp_path: Path) -> None:
+    work = travelling(tmp_path)
+    call(work, "validate", mjcf=small_arm(), functional_part="tip", mount="free")
+    placement = {"mount": "mount", "base": "free", "position_m": [0, 0, 0.4]}
+    for stand in (True, False):
+        call(work, "assemble", robot="robot_1", placement=placement, stand=stand)
+    how = {"script": "*: -1", "seconds": 0.1, "distances": [["base", "floor"]]}
+    swept = {"what": "play", "how": how, "select": "//body/joint", "attribute": "stiffness", "values": ["0.3"]}
+    on_the_ground, above = (
+        float(call(work, "sweep", subject=name, **swept).splitlines()[-1].split(" | ")[-2])
+        for name in ("scene_1", "scene_2")
+    )
+    assert on_the_ground < 1
+    assert above > 400
+    record = tmp_path / "work" / "scene_2" / "scene.json"
+    record.write_text(re.sub(r',\s*"stand": false', "", record.read_text()))
+    assert work.record("scene_2").stand, "records of before did not tell"
+
+
 def test_names_are_swept_with_the_prefix_that_results_give_them_or_without(tmp_path: Path) -> None:
     work = with_cart(tmp_path)
     swept = {"subject": "scene_1", "attribute": "ctrlrange", "values": ["-0.1 0.1"], "what": "play"}
@@ -404,6 +423,9 @@ def test_a_short_training_is_told(tmp_path: Path) -> None:
     assert "\ncentre of mass: from " in shown
     begun = call(work, "train", scene="scene_1", steps=4000, script="*: t=0 1, t=3 1")
     assert "until its policy succeeded nearly always; 20 episodes" in begun
+    taken = re.search(r"minutes and ([\d,]+) control steps", begun)
+    assert taken is not None
+    assert begun.startswith(f"after {taken[1]} steps: ")
     with pytest.raises(UserError, match='no group "wheel"'):
         call(work, "train", scene="scene_1", steps=4000, script="wheel: 1")
     score = OWNER_TOOLS["evaluate"].call(work, {"scene": "scene_1", "episodes": 20}).text

@@ -101,6 +101,31 @@ def test_a_limb_gives_under_a_force_as_its_spring_says() -> None:
     assert found.figure("turns") == pytest.approx(math.degrees(angle), rel=0.01)
 
 
+def test_a_robot_alone_is_loaded_and_sags_along_the_axes_of_its_root() -> None:
+    turned = limb(9.81).replace('<body name="base">', '<body name="base" euler="-90 0 0">')  # its y points down
+    level = load(alone(turned), "tip", force_n=0.2, direction=(0, 0, -1))
+    assert level.figure("sag") == pytest.approx(0.0, abs=1e-6)
+    assert level.figure("gives") == pytest.approx(1000 * LENGTH_M * math.sin(balance(0.2 * LENGTH_M)), rel=0.01)
+    hanging = limb(9.81).replace('<body name="base">', '<body name="base" euler="180 0 0">')
+    lowered = load(alone(hanging), "tip")
+    assert re.search(r"-\d+\.\d [+-]0\.0 \+\d\d\.\d mm in the axes of the root", lowered.text)
+
+
+@pytest.mark.parametrize(
+    ("joint", "told"),
+    [
+        ('type="hinge" axis="0 1 0"', "turn: 0.1 N m; link"),
+        ('type="slide" axis="0 1 0"', "turn: 0.1 N; link"),
+        ('type="ball"', "turn: 0.1 N m; link"),
+    ],
+)
+def test_a_motor_exerts_a_force_or_a_torque(joint: str, told: str) -> None:
+    gear = "0 2 0" if "ball" in joint else "2"
+    motor = f'<motor name="turn" joint="bend" gear="{gear}" ctrlrange="0 0.05"/>'
+    mjcf = re.sub(r"<tendon>.*</tendon>", "", limb().replace('type="hinge" axis="0 1 0"', joint))
+    assert told in bends(alone(re.sub(r"<general .*/>", motor, mjcf))).text
+
+
 def test_clearances_are_measured_as_drawn_and_at_rest() -> None:
     found = clearances(alone(limb(9.81)), [("anchor", "tip")])
     angle = balance(MASS_KG * 9.81 * LENGTH_M)

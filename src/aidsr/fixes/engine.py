@@ -146,18 +146,24 @@ def _apply_safe(
     kept_names: frozenset[str],
     notes: Mapping[str, list[str]],
 ) -> FixResult:
-    """Apply all safe fixes; comments and layout are preserved."""
+    """Apply all safe fixes; comments, layout and line ends are preserved."""
     request = Request(kept_names=kept_names)
     changed = {each.name: list(each.apply(document.root, request)) for each in fixes if each.safe}
+    put_aside = document.notes if any(changed.values()) else ()
     if any(changed.values()):
-        text = etree.tostring(document.root.getroottree(), encoding="unicode")
+        text = _with_line_ends_of(text, etree.tostring(document.root.getroottree(), encoding="unicode"))
     done = {name: each for name, each in {**notes, **changed}.items() if each}
     return FixResult(
         mjcf=text,
-        notes=tuple(note for each in done.values() for note in each),
+        notes=(*put_aside, *(note for each in done.values() for note in each)),
         counts={name: len(each) for name, each in done.items()},
         unfixed=_codes(check_document(document)),
     )
+
+
+def _with_line_ends_of(original: str, changed: str) -> str:
+    """Return a changed text with the line ends of the original, CR LF or LF; the parser makes all of them LF."""
+    return changed.replace("\n", "\r\n") if "\r\n" in original else changed
 
 
 def _cure(
@@ -177,8 +183,11 @@ def _cure(
         for name, each in by_fix.items():
             counts[name] = counts.get(name, 0) + len(each)
     return FixResult(
-        mjcf=to_text(document.root) if counts else text,
-        notes=tuple(f"{code}: {_summary(by_fix)}" for code, by_fix in done.items() if by_fix),
+        mjcf=_with_line_ends_of(text, to_text(document.root)) if counts else text,
+        notes=(
+            *(document.notes if counts else ()),
+            *(f"{code}: {_summary(by_fix)}" for code, by_fix in done.items() if by_fix),
+        ),
         counts=counts,
         unfixed=tuple(code for code, by_fix in done.items() if not by_fix),
     )

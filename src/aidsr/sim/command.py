@@ -13,6 +13,7 @@ from aidsr.sim.actuator_force import gear_of
 _TRANSMISSION, _DYNAMICS, _JOINT = mujoco.mjtTrn, mujoco.mjtDyn, mujoco.mjtJoint
 _PLAIN = (_DYNAMICS.mjDYN_NONE, _DYNAMICS.mjDYN_FILTER, _DYNAMICS.mjDYN_FILTEREXACT)
 """Actuator dynamics with which the input of the gain equals the command or converges to it."""
+_ON_JOINT = (_TRANSMISSION.mjTRN_JOINT, _TRANSMISSION.mjTRN_JOINTINPARENT)
 _LENGTH, _ANGLE = ("m", "N"), ("rad", "N m")
 """Unit of position and unit of force."""
 
@@ -64,6 +65,23 @@ def command_of(model: mujoco.MjModel, actuator: int) -> Command | None:
     return None if position or speed else Command("force", force, gain * gear)
 
 
+def exerted(model: mujoco.MjModel, actuator: int) -> tuple[float, str]:
+    """Return what an actuator exerts per unit of `actuator_force`, as an absolute value, and its unit: N or N m.
+
+    It is a torque on a hinge or a ball, and at a site or a free joint without a force. For a fixed tendon N is stated:
+    its coefficients are taken as moment arms [m]. Source: MuJoCo XML reference, actuator/general/gear.
+    """
+    kind, target = int(model.actuator_trntype[actuator]), int(model.actuator_trnid[actuator, 0])
+    gear = gear_of(model, actuator)
+    joint = int(model.jnt_type[target]) if kind in _ON_JOINT else -1
+    force, torque = float(np.linalg.norm(gear[:3])), float(np.linalg.norm(gear[3:]))
+    if joint == _JOINT.mjJNT_FREE or kind == _TRANSMISSION.mjTRN_SITE:
+        return (force, "N") if force else (torque, "N m")
+    if joint == _JOINT.mjJNT_BALL:
+        return force, "N m"
+    return abs(float(gear[0])), "N m" if joint == _JOINT.mjJNT_HINGE else "N"
+
+
 def is_spatial(model: mujoco.MjModel, tendon: int) -> bool:
     """Return whether a tendon is spatial (has a path); a fixed tendon is a weighted sum of joint positions."""
     return bool(model.wrap_type[model.tendon_adr[tendon]] != mujoco.mjtWrap.mjWRAP_JOINT)
@@ -79,7 +97,7 @@ def _acted_on(model: mujoco.MjModel, actuator: int) -> tuple[tuple[str, str], fl
     units = None
     if kind == _TRANSMISSION.mjTRN_TENDON:
         units = _LENGTH if is_spatial(model, target) else None
-    elif kind in (_TRANSMISSION.mjTRN_JOINT, _TRANSMISSION.mjTRN_JOINTINPARENT):
+    elif kind in _ON_JOINT:
         units = {int(_JOINT.mjJNT_SLIDE): _LENGTH, int(_JOINT.mjJNT_HINGE): _ANGLE}.get(int(model.jnt_type[target]))
     elif kind == _TRANSMISSION.mjTRN_SITE and gear[:3].any() != gear[3:].any():
         return ("", "N" if gear[:3].any() else "N m"), float(np.linalg.norm(gear))

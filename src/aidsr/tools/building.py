@@ -136,7 +136,7 @@ def assemble(
     name, at, found = workspace.task_of(task, level)
     made = place(workspace, workspace.robot(robot), placement, found, stand=stand)
     report = validate_mjcf(made.scene.mjcf, needs_contact=made.needs_contact)
-    kept = workspace.add_scene(robot, made.scene, name, at, stable=report.stable)
+    kept = workspace.add_scene(robot, made.scene, name, at, stable=report.stable, stand=stand)
     head = f"{kept}: {_verdict(report)}; {robot} in {name or 'the environment'}, file {kept}/scene.xml"
     return Result(
         text="\n".join([head, *_faults(report), *made.notes, *made.scene.notes, *_scene_facts(workspace.subject(kept))])

@@ -283,7 +283,8 @@ def train(
         again=False,
         listen=lambda _point: None,
     )
-    found, episodes = _judged(subject, folder, LEAST_EPISODES, "development", f"after {steps:,} steps: ")
+    taken = (Training(folder).result.read() or {}).get("steps", steps)  # fewer where the policy won early
+    found, episodes = _judged(subject, folder, LEAST_EPISODES, "development", f"after {taken:,} steps: ")
     shown = next((one for one in episodes if one.ended != "succeeded"), episodes[0])
     played = play_policy(folder, shown.variation)
     how = "won" if played.succeeded else "lost"
@@ -389,5 +390,5 @@ def _changed(workspace: Workspace, subject: str, select: str, attribute: str, va
         return workspace.subject(subject).model_copy(update={"mjcf": mjcf})
     record = workspace.record(subject)
     _, _, task = workspace.task_of(record.task, record.level)
-    made = place(workspace, changed, workspace.placement(subject), task)
+    made = place(workspace, changed, workspace.placement(subject), task, stand=record.stand)
     return workspace.subject(subject).model_copy(update={"mjcf": made.scene.mjcf})

@@ -13,6 +13,7 @@ from aidsr.core.errors import UserError
 from aidsr.mjcf.compile import compile_mjcf, load_mjcf
 from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.sim.actuator_force import output_of
+from aidsr.sim.command import exerted
 from aidsr.sim.drive import Drive, neutral_ctrl, read_drives, set_act
 from aidsr.sim.functional_part import find_functional_part
 from aidsr.sim.structure import Structure, name_of, read_structure
@@ -135,10 +136,11 @@ class Resting:
         body = self.body_name(int(self.model.geom_bodyid[geom]))
         return body if self._is_robots(geom) else str(self.model.geom(geom).name) or body
 
-    def force_n(self, drive: Drive) -> float:
-        """Return the absolute value of an actuator's force times its gear in this state [N]."""
-        output = output_of(self.model, drive.actuator)
-        return abs(float(self.data.actuator_force[output] * self.model.actuator_gear[output, 0]))
+    def exerts(self, drive: Drive) -> str:
+        """Return the absolute value of what an actuator exerts in this state, with its unit: N, or N m of a torque."""
+        factor, unit = exerted(self.model, drive.actuator)
+        force = abs(float(self.data.actuator_force[output_of(self.model, drive.actuator)]))
+        return f"{force * factor:.3g} {unit}"
 
     def actuator_name(self, drive: Drive) -> str:
         """Return the name of an actuator without "robot/"."""

@@ -47,7 +47,7 @@ def bends(subject: MeasuredScene, *, pull: float = 1.0) -> Measured:
         still = "" if moved.at_rest else ", still moving"
         touched = [words for pair, words in moved.touches().items() if pair not in before]
         lines.append(
-            f"{robot.actuator_name(drive)}: {moved.force_n(drive):.3g} N; {robot.body_name(body)} tip moves {x:+.1f} "
+            f"{robot.actuator_name(drive)}: {moved.exerts(drive)}; {robot.body_name(body)} tip moves {x:+.1f} "
             f"{y:+.1f} {z:+.1f} mm and turns {angle_deg:.1f} deg{still}" + _touched(touched)
         )
     figures = (
@@ -76,7 +76,8 @@ def load(subject: MeasuredScene, part: str, *, force_n: float = 0.5, direction: 
         subject: Scene, or robot alone.
         part: Body or site of the robot.
         force_n: Size of the force on the part [N].
-        direction: Direction of the force in world axes, or in the axes of the root of a robot alone; of any length.
+        direction: Direction of the force in world axes, or in the axes of the root of a robot alone, as it rests; of
+            any length.
 
     Raises:
         UserError: There is no such part, the direction is zero, or the simulation diverged.
@@ -86,6 +87,7 @@ def load(subject: MeasuredScene, part: str, *, force_n: float = 0.5, direction: 
     import numpy as np
 
     from aidsr.core.errors import UserError
+    from aidsr.sim.ownership import read_ownership
     from aidsr.tools.resting import Resting, point_of
 
     length = float(np.linalg.norm(direction))
@@ -95,9 +97,12 @@ def load(subject: MeasuredScene, part: str, *, force_n: float = 0.5, direction: 
     body, point = point_of(robot.model, part)
     drawn = robot.drawn_world_m(point, body)
     rest = robot.world_m(point, body)
-    pushed = robot.pushed(point, body, force_n * np.array(direction) / length)
-    given_m = float((pushed.world_m(point, body) - rest) @ np.array(direction)) / length
-    sag = rest - drawn
+    is_scene = read_ownership(robot.model).is_scene
+    axes = np.eye(3) if is_scene else robot.data.xmat[robot.structure.roots[0]].reshape(3, 3)  # columns, in the world
+    along = axes @ np.array(direction) / length
+    pushed = robot.pushed(point, body, force_n * along)
+    given_m = float((pushed.world_m(point, body) - rest) @ along)
+    sag = axes.T @ (rest - drawn)
     figures = (
         Figure(name="sag", value=1000 * float(np.linalg.norm(sag)), unit="mm"),
         Figure(name="gives", value=1000 * given_m, unit=f"mm under {force_n:g} N"),
@@ -105,7 +110,10 @@ def load(subject: MeasuredScene, part: str, *, force_n: float = 0.5, direction: 
         Figure(name="turns", value=pushed.turned_deg(robot, body), unit="deg"),
     )
     x, y, z = (1000 * float(value) for value in sag)
-    lines = [f"sag is from where {part} is drawn to where it rests with nothing pulled: {x:+.1f} {y:+.1f} {z:+.1f} mm"]
+    lines = [
+        f"sag is from where {part} is drawn to where it rests with nothing pulled: {x:+.1f} {y:+.1f} {z:+.1f} mm "
+        f"in {'world axes' if is_scene else 'the axes of the root'}"
+    ]
     lines += [] if robot.at_rest and pushed.at_rest else ["it was still moving when it was measured"]
     return Measured(figures=figures, lines=tuple(lines))
 

@@ -86,6 +86,8 @@ class SceneRecord(Artifact):
     groups: tuple[ActuatorGroup, ...] = ()
     stable: bool = False
     """Whether the validator found it stable."""
+    stand: bool = True
+    """Whether a free robot was raised or lowered until it stands; so is a changed robot in its place."""
 
 
 @dataclass(frozen=True)
@@ -180,12 +182,12 @@ class Workspace:
         brief = self._loaded(task, "standard").brief()
         return brief.model_copy(update={"objective": self.objective(task)}) if is_own(task) else brief
 
-    def add_scene(self, robot: str, scene: Scene, task: str, level: Level, *, stable: bool) -> str:
+    def add_scene(self, robot: str, scene: Scene, task: str, level: Level, *, stable: bool, stand: bool) -> str:
         """Store a scene of a robot and return its name."""
         folder = self._new("scene")
         goal = self.job.goal if self.job else None
         groups = self.robot(robot).actuator_groups
-        record = SceneRecord(robot=robot, task=task, level=level, goal=goal, groups=groups, stable=stable)
+        record = SceneRecord(robot=robot, task=task, level=level, goal=goal, groups=groups, stable=stable, stand=stand)
         (folder / "scene.xml").write_text(scene.mjcf, encoding="utf-8")
         (folder / "placement.json").write_text(scene.placement.model_dump_json(indent=2), encoding="utf-8")
         (folder / "scene.json").write_text(record.model_dump_json(indent=2), encoding="utf-8")
@@ -223,7 +225,8 @@ class Workspace:
         if (goal := run.goal.read()) is not None:
             task = self.add_task(record.objective, run.brief().environment, goal.decode())
         name = self.add_robot(robot, RobotTest(task=task))
-        return self.add_scene(name, scene, task, record.level or "standard", stable=bool(report and report.stable))
+        stable = bool(report and report.stable)
+        return self.add_scene(name, scene, task, record.level or "standard", stable=stable, stand=False)
 
     def subject(self, name: str) -> MeasuredScene:
         """Return a scene with its task or goal, or a robot alone, as the subject of a measurement.

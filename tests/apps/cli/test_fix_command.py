@@ -55,6 +55,20 @@ def test_a_file_is_fixed_in_place_and_then_has_nothing_to_fix(slip: Path, capsys
     assert "nothing to fix" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("simulate", [[], ["--simulate"]])
+def test_line_ends_stay_and_text_around_the_document_goes_with_a_note(
+    slip: Path, capsys: pytest.CaptureFixture[str], simulate: list[str]
+) -> None:
+    before = slip.read_text()
+    slip.write_bytes(f"Here it is:\n{before}\n".replace("\n", "\r\n").encode())
+    assert run("slip.xml", "--in-place", *simulate) == bool(simulate)
+    after = slip.read_bytes()
+    assert after.startswith(b"<mujoco")
+    assert after.count(b"\n") == after.count(b"\r\n") > 2
+    assert after.endswith(b"\r\n")
+    assert "Put aside what stood around the document, 11 characters beginning 'Here it is:'" in capsys.readouterr().out
+
+
 def test_a_new_file_is_written_and_an_old_one_only_by_force(slip: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("slip.xml", "--out", "fixed.xml") == 0
     assert Path("fixed.xml").read_text() == GOOD

@@ -84,7 +84,8 @@ def _fix_file(file: str, target: Path | None, *, simulate: bool) -> int:
     from_stdin = file == STANDARD_INPUT
     text = read_standard_input() if from_stdin else open_mjcf(Path(file))
     result = fix_until_stable(text) if simulate else fix(text)
-    fixed = result.mjcf + "\n" * (text.endswith("\n") and not result.mjcf.endswith("\n"))
+    line_end = "\r\n" if text.endswith("\r\n") else "\n"
+    fixed = result.mjcf + line_end * (text.endswith("\n") and not result.mjcf.endswith("\n"))
     written = True
     if target is not None:
         if result.total or target != Path(file):
