@@ -10,12 +10,14 @@ from test_goal_training import GOAL, ROOM
 from test_training import SMALL
 
 from aidsr.core.artifacts import Evaluation, PerturbedEpisodes, Placement, Robot
+from aidsr.core.errors import UserError
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.perturbation import KINDS, PerturbedVariation
 from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl import training
 from aidsr.learn.rl.robustness import perturbed_episodes
+from aidsr.learn.rl.trained import evaluate_training
 from aidsr.learn.rl.training import train
 from aidsr.learn.rl.training_config import TrainingConfig
 from aidsr.learn.rl.training_folder import TrainingFolder
@@ -69,6 +71,19 @@ def test_a_perturbed_evaluation_is_asked_for_printed_and_kept(tmp_path, capsys):
     kept = Evaluation.model_validate_json((folder / "evaluation.json").read_bytes())
     assert tuple(one.kind for one in kept.perturbed) == KINDS
     assert [one.episodes for one in kept.perturbed] == [20] * len(KINDS)
+    # the same evaluation again, without the perturbations
+    again = evaluate_training(folder, episodes=20, threads=1, videos=False)
+    assert again.perturbed == kept.perturbed
+    assert Evaluation.model_validate_json((folder / "evaluation.json").read_bytes()) == again
+    # fewer episodes than those of the verdict that is there
+    fuller = again.model_copy(update={"episodes": again.episodes * 2}).model_dump_json()
+    (folder / "evaluation.json").write_text(fuller)
+    with pytest.raises(UserError, match="has a verdict of 40 episodes, and 20 are fewer; ask for at least 40"):
+        evaluate_training(folder, episodes=20, threads=1, videos=False)
+    assert (folder / "evaluation.json").read_text() == fuller
+    # a verdict of another policy is replaced
+    (folder / "evaluation.json").write_text(fuller.replace(again.policy_sha256, "0" * 64))
+    assert len(evaluate_training(folder, episodes=20, threads=1, videos=False).episodes) == 20
 
 
 @pytest.mark.parametrize("randomize", [False, True])

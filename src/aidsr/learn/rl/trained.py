@@ -122,7 +122,8 @@ def evaluate_training(
     """Evaluate a finished training; write verdict, curve, two recordings and videos into its folder.
 
     The verdict is on held-out variations at the level of the training. Any other evaluation goes into a file of its
-    own, without pictures: evaluation_hard.json, evaluation_development.json.
+    own, without pictures: evaluation_hard.json, evaluation_development.json. A verdict of the same policy that is there
+    keeps its episodes with perturbations if it has as many episodes, and is not replaced by one with fewer.
 
     Args:
         folder: Folder of the training.
@@ -137,12 +138,13 @@ def evaluate_training(
 
     Raises:
         FolderInUseError: Another process trains, evaluates or renders in the folder.
-        UserError: The folder holds no finished training, or its task has no such level.
+        UserError: The folder holds no finished training, or a verdict of more episodes, or its task has no such level.
     """
     training = FinishedTraining.load(folder)
     level = level or training.config.level
     scene = training.scene if level == training.config.level else training.scene_at(level)
     other = [level] * (level != training.config.level) + [split] * (split != "held_out")
+    before = None if other else _verdict_before(training, episodes)
     # the lock shows others that the verdict is in progress
     with one_torch_thread(), nullcontext() if other else training.folder.locked():
         evaluation, rolled = evaluate(
@@ -164,6 +166,8 @@ def evaluate_training(
                 smoothing=training.config.recipe.smoothing,
             )
             evaluation = evaluation.model_copy(update={"perturbed": robustness})
+        elif before is not None:
+            evaluation = evaluation.model_copy(update={"perturbed": before.perturbed})
         written = evaluation.model_dump_json(indent=2) + "\n"
         if other:
             training.folder.write("_".join(["evaluation", *other]) + ".json", written)
@@ -175,6 +179,28 @@ def evaluate_training(
         if videos:
             _write_films(training, rolled)
     return evaluation
+
+
+def _verdict_before(training: FinishedTraining, episodes: int) -> Evaluation | None:
+    """Return the verdict in a training's folder if it is of the same policy and number of episodes, otherwise None.
+
+    Raises:
+        UserError: The verdict there is of the same policy and has more episodes.
+    """
+    try:
+        before = training.folder.read("evaluation.json", Evaluation)
+    except (FileNotFoundError, UserError):  # none, or one of another version, which is replaced
+        return None
+    now = (training.scene.fingerprint, training.policy.fingerprint)
+    if (before.scene_sha256, before.policy_sha256) != now:
+        return None
+    if len(before.episodes) > episodes:
+        count = len(before.episodes)
+        raise UserError(
+            f"{training.folder / 'evaluation.json'} has a verdict of {count} episodes, and {episodes} are fewer; ask "
+            f"for at least {count}, or remove the file"
+        )
+    return before if len(before.episodes) == episodes else None
 
 
 def _write_pictures(training: FinishedTraining, rolled: EvaluationRollout) -> None:
