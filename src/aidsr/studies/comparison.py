@@ -48,7 +48,7 @@ def compare(one: str | Path | Study, other: str | Path | Study) -> StudyComparis
         nothing = "The studies have no finished design in common: no design with the same task, run and number is "
         return StudyComparison(differences=(), notes=(f"{nothing}finished in both.",))
     notes = [note for name, study in studies.items() for note in _notes(study, rows[name])]
-    unlike = _unlike(*studies.values(), *rows.values())
+    unlike = _unlike(studies[_FIRST], studies[_SECOND], rows[_FIRST], rows[_SECOND])
     return StudyComparison(differences=found, notes=(*notes, *([unlike] if unlike else [])))
 
 
