@@ -4,7 +4,7 @@
     python benchmarks/fabrication/run.py 'build/builtin-300000/runs/builtin/*/2' --jobs 2 --policy
 
 Exports every approved design below a folder of runs or studies, or below all folders that match a pattern. Exports that
-exist are kept, if they were made with the same options, so that a stopped command can be continued.
+exist are kept, if they were made with the same options at the same commit, so that a stopped command can be continued.
 """
 
 from __future__ import annotations
@@ -24,7 +24,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from aidsr.core.config import VERDICT_EPISODES
 from aidsr.core.errors import AidsrError
+from aidsr.core.provenance import commit
 from aidsr.core.rates import wilson
 from aidsr.fabrication.schema import MARK
 from aidsr.loop.export import export
@@ -78,12 +80,13 @@ def _row(design: Path, out: Path, printer: str, material: str | None, policy: bo
     folder = out / f"{run.name}_{design.name}"
     concept = json.loads(sorted(design.glob("*/concept.json"))[-1].read_text())
     row = {"design": folder.name, "task": Run(run).brief().task, "family": concept["family"]}
-    trained = any(one.result.path.exists() for one in trainings_of(DesignFolder(design)))
-    settings = {"printer": printer, "material": material, "policy": policy and trained}
+    finished = [one for one in trainings_of(DesignFolder(design)) if one.result.path.exists()]
+    evaluation = finished[-1].evaluation.read() if finished else None
+    settings = settings_of(printer, material, policy=policy and bool(finished))
     if not exported_with(folder, settings):
         began = time.monotonic()
         try:
-            export(design, folder, printer=printer, material=material, policy=policy and trained)
+            export(design, folder, printer=printer, material=material, policy=settings["policy"])
         except AidsrError as error:
             return row | {"verdict": "not exported", "errors": [str(error)], "warnings": []}
         made = {"settings": settings, "took_s": round(time.monotonic() - began, 1)}
@@ -98,9 +101,15 @@ def _row(design: Path, out: Path, printer: str, material: str | None, policy: bo
         "moving_mass_ratio": round(verdict["moving_built_g"] / verdict["moving_simulated_g"], 3),
         "reach_ratio": round(retest["reach_m"] / retest["designed_reach_m"], 3),
         "success": [retest["designed_success_share"], retest["success_share"]],
+        "episodes": (len(evaluation.episodes) if evaluation else VERDICT_EPISODES) if settings["policy"] else None,
         "cost_usd": verdict["cost_usd"],
         "took_s": json.loads((folder / MADE).read_text())["took_s"],
     }
+
+
+def settings_of(printer: str, material: str | None, *, policy: bool) -> dict[str, Any]:
+    """Return the settings of an export, by which a later command knows whether it can keep it."""
+    return {"printer": printer, "material": material, "policy": policy, "commit": commit()}
 
 
 def exported_with(folder: Path, settings: dict[str, Any]) -> bool:
@@ -114,21 +123,22 @@ def account(rows: Sequence[Row], command: str) -> str:
     good = sum(row["verdict"].startswith("buildable") for row in rows)
     share = wilson(good, len(rows))
     verdicts = Counter(row["verdict"] for row in rows)
+    episodes = " or ".join(map(str, sorted({row["episodes"] for row in rows if row.get("episodes")}))) or "no"
     lines = [
         "# Approved designs that can be built",
         "",
         f"Command: `{command}`",
         "",
-        f"{datetime.now(UTC):%Y-%m-%d}, AID-SR {version('aidsr')}, MuJoCo {version('mujoco')}, manifold3d "
-        f"{version('manifold3d')}, Python {platform.python_version()}.",
+        f"{datetime.now(UTC):%Y-%m-%d}, AID-SR {version('aidsr')}, commit {commit()}, MuJoCo {version('mujoco')}, "
+        f"manifold3d {version('manifold3d')}, Python {platform.python_version()}.",
         "",
         f"{good} of {len(rows)} can be built, with or without changes (95 % interval {share.low:.0%} to "
         f"{share.high:.0%}): " + ", ".join(f"{count} {name}" for name, count in verdicts.most_common()) + ".",
         "",
         f"What keeps the rest from it: {_counted(rows, 'errors')}. Warnings: {_counted(rows, 'warnings')}.",
         "",
-        "Mass (what moves) and reach: as built / as designed. Success: share of 20 held-out episodes with the trained "
-        "policy, as designed and as built; blank where the design was not trained.",
+        f"Mass (what moves) and reach: as built / as designed. Success: share of {episodes} held-out episodes with the "
+        "trained policy, as designed and as built; blank where the design was not trained.",
         "",
         "| design | task | family | verdict | limbs | errors | warnings | mass | reach | success | USD |",
         "|---|---|---|---|---|---|---|---|---|---|---|",

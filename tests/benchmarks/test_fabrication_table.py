@@ -4,13 +4,14 @@ import json
 from pathlib import Path
 
 import pytest
-from benchmarks.fabrication.run import MADE, account, exported_with, main
+from benchmarks.fabrication.run import MADE, account, exported_with, main, settings_of
 
+from aidsr.core.provenance import commit
 from aidsr.fabrication.schema import MARK
 
 
 def row(name: str, verdict: str, errors: list[str], success: tuple[float | None, float | None]) -> dict[str, object]:
-    numbers = {"moving_mass_ratio": 1.0, "reach_ratio": 0.95, "cost_usd": 100.0, "success": success}
+    numbers = {"moving_mass_ratio": 1.0, "reach_ratio": 0.95, "cost_usd": 100.0, "success": success, "episodes": 100}
     named = {"design": name, "task": "reaching/button_pushing", "family": "arm", "material": "petg"}
     return {**named, "verdict": verdict, "errors": errors, "warnings": ["thin_wall"], **numbers}
 
@@ -26,17 +27,22 @@ def test_the_share_has_an_interval_and_the_rest_its_reasons() -> None:
     assert "2 of 4 can be built, with or without changes (95 % interval 15% to 85%)" in text
     assert "hinge_strain 1" in text
     assert "90% → 85%" in text
+    assert "share of 100 held-out episodes" in text
+    assert f"commit {commit()}" in text
+    mixed = account([rows[0], rows[1] | {"episodes": 20}], "python run.py")
+    assert "share of 20 or 100 held-out episodes" in mixed
     assert text.count("\n| ") == 5
 
 
 def test_an_export_with_other_settings_is_made_again(tmp_path: Path) -> None:
-    asked = {"printer": "fdm", "material": None, "policy": False}
+    asked = settings_of("fdm", None, policy=False)
+    assert asked["commit"] == commit()
     assert not exported_with(tmp_path, asked)
     (tmp_path / MARK).write_text("{}")
     assert not exported_with(tmp_path, asked), "nothing tells how it was made"
     (tmp_path / MADE).write_text(json.dumps({"settings": asked, "took_s": 1.0}))
     assert exported_with(tmp_path, asked)
-    for change in ({"printer": "sla"}, {"material": "petg"}, {"policy": True}):
+    for change in ({"printer": "sla"}, {"material": "petg"}, {"policy": True}, {"commit": "earlier"}):
         assert not exported_with(tmp_path, asked | change)
 
 

@@ -1,6 +1,7 @@
 """The robot as built has the ranges and masses of its parts, however its file says them."""
 
 import re
+from dataclasses import replace
 from functools import cache
 
 import mujoco
@@ -11,6 +12,7 @@ from fingers import WINCH, finger
 from aidsr.fabrication.as_built import as_built
 from aidsr.fabrication.build import RobotBuild, build_robot
 from aidsr.fabrication.changes import changes_of, masses_of
+from aidsr.fabrication.materials import lines
 from aidsr.fabrication.printers import printer_named
 from aidsr.validation import validate
 
@@ -90,6 +92,15 @@ def test_hinges_are_at_rest_in_the_pose_that_is_printed_and_lost_preload_is_told
     assert preload.simulated == f"{0.3 * abs(np.deg2rad(rest)):.2f} N m, at rest at {rest} deg"
     assert preload.built.startswith("none")
     assert not [what for what in (change.what for change in changes_of(made(finger()))) if "preload" in what]
+
+
+def test_a_cable_has_the_play_that_its_own_line_leaves() -> None:
+    build = made(finger())
+    thick = tuple(replace(winch, line=lines()[-1]) for winch in build.winches)
+    told = {change.what: change for change in changes_of(replace(build, winches=thick))}["guides"]
+    play_mm = max(bore.radius_mm for bore in build.bores) - lines()[-1].diameter_mm / 2
+    assert f"{play_mm:.1f} mm off its line" in told.built
+    assert lines()[-1].diameter_mm / 2 > 0.25
 
 
 BENDS_BOTH_WAYS = '<joint name="bend_{0}" axis="0 1 0"', '<joint name="side_{0}" axis="1 0 0" stiffness="0.3"/>'

@@ -50,6 +50,18 @@ def test_screws_and_sleeves_are_counted_for_each_winch() -> None:
     assert amounts["screw M4 x 12"] == (str(4 * winches + 4), "motor mounts, foot")
 
 
+def test_servos_are_strapped_into_their_mounts_and_their_spools_screwed_on(tmp_path: Path) -> None:
+    items = {item.what: (item.amount, item.used_for) for item in bill(made("gripper"))}
+    winches = len(made("gripper").winches)
+    assert items["cable tie, at most 5 mm wide"] == (str(winches), "motors in their mounts")
+    assert items["screw for the horn or output flange of a motor"] == (str(4 * winches), "spools")
+    assert "cable tie, at most 5 mm wide" not in {item.what for item in bill(made("arm"))}, "whose motors are no boxes"
+    write_package(tmp_path, made("gripper"), title="a gripper")
+    sheet = (tmp_path / "sheet.html").read_text()
+    assert "cable tie through the slot" in sheet
+    assert "four screws" in sheet[sheet.index("cable tie through") :]
+
+
 def test_what_drives_and_fixes_the_winches_is_listed_without_a_price(tmp_path: Path) -> None:
     unpriced = {item.what: item.used_for for item in bill(made("arm", "tpu95a")) if item.cost_usd is None}
     (motor,) = {winch.fit.motor for winch in made("arm", "tpu95a").winches if winch.fit}

@@ -1,13 +1,16 @@
 """Motors do what the tests recorded, and what none can do is told."""
 
 import math
+from pathlib import Path
 
 import pytest
 from exported import ROBOTS, made, report
 
 from aidsr.core.artifacts import ValidationReport
 from aidsr.core.motors import fastest_motor
-from aidsr.fabrication.anatomy import Anatomy, Cable
+from aidsr.fabrication.anatomy import Anatomy, Cable, Part
+from aidsr.fabrication.bill_of_materials import bill
+from aidsr.fabrication.package import write_package
 from aidsr.fabrication.printers import printer_named
 from aidsr.fabrication.stations import seat_of, station
 from aidsr.fabrication.winches import MOST_EXTRA, Demand, Winch, choose_winches, demands, winch_faults
@@ -27,12 +30,23 @@ def test_motors_hold_the_recorded_forces_speeds_and_strokes(robot: str) -> None:
 
 
 def _winches(asked: dict[str, Demand]) -> tuple[Winch, ...]:
-    """Return the winches of cables with these demands, each as long as the others."""
+    """Return the winches of a held robot's cables with these demands, each as long as the others."""
+    turn = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    base = Part(
+        name="base",
+        bodies=("base",),
+        body_ids=(1,),
+        shapes=(),
+        position_mm=(0, 0, 0),
+        rotation=turn,
+        mass_kg=1,
+        held=True,
+    )
     cables = tuple(
         Cable(tendon=name, actuator=name, guides=(), wraps=False, length_mm=100.0, largest_pull_n=10.0, torques_mm={})
         for name in asked
     )
-    return choose_winches(Anatomy(parts=(), joints=(), cables=cables), asked, {})
+    return choose_winches(Anatomy(parts=(base,), joints=(), cables=cables), asked, {})
 
 
 ANTAGONISTS = {"curl": Demand(25.7, 0.1185, 0.0562), "uncurl": Demand(15.42, 0.0646, 0.0536)}
@@ -78,6 +92,17 @@ def test_cables_are_cut_for_the_spools_that_alike_motors_share() -> None:
         to_sheath = stand.bounding_box()[3] - 5.0 - 6.0
         wound = 1.5 * 2 * math.pi * radius_mm + 1000 * winch.demand.stroke_m
         assert 0 <= winch.cut_mm - (100.0 + 300.0 + to_sheath + wound + 60.0) < 10.0
+
+
+def test_a_robot_that_nothing_holds_drags_longer_sheaths(tmp_path: Path) -> None:
+    held, free = made("gripper"), made("crawler")
+    assert {winch.sheath_mm for winch in held.winches} == {300.0}
+    assert {winch.sheath_mm for winch in free.winches} == {2000.0}
+    assert all(winch.cut_mm > winch.inside_mm + 2000.0 for winch in free.winches)
+    (item,) = [item for item in bill(free) if item.used_for == "sheaths"]
+    assert item.amount == f"{len(free.winches)} x 2000 mm"
+    write_package(tmp_path, free, title="a crawler")
+    assert "include the sheath of 2000 mm" in (tmp_path / "sheet.html").read_text()
 
 
 def test_a_scenes_report_names_the_same_actuators() -> None:

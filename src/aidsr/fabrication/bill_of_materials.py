@@ -9,7 +9,7 @@ from aidsr.core.artifacts import Artifact
 from aidsr.core.formatting import counted
 from aidsr.fabrication.build import RobotBuild
 from aidsr.fabrication.shape_parts import FLANGE_SCREWS
-from aidsr.fabrication.winches import SHEATH_MM
+from aidsr.fabrication.stations import HORN_SCREWS, seat_of
 
 
 class Item(Artifact):
@@ -97,7 +97,7 @@ def _lines(build: RobotBuild) -> list[Item]:
     sheaths: dict[str, list[float]] = defaultdict(list)
     tubes = {winch.sheath.label: winch.sheath for winch in build.winches}
     for winch in build.winches:
-        sheaths[winch.sheath.label].append(SHEATH_MM)
+        sheaths[winch.sheath.label].append(winch.sheath_mm)
         if winch.line is not None:
             cut[winch.line.label] += winch.cut_mm
     for label, total in cut.items():
@@ -106,14 +106,15 @@ def _lines(build: RobotBuild) -> list[Item]:
         items.append(Item(what=label, amount=metres, used_for="cables", cost_usd=cost, source=lines[label].source))
     for label, pieces in sheaths.items():
         cost = round(sum(pieces) / 1000 * tubes[label].cost_usd_m, 2)
-        amount = f"{len(pieces)} x {SHEATH_MM:.0f} mm"
+        amount = f"{len(pieces)} x {pieces[0]:.0f} mm"
         items.append(Item(what=label, amount=amount, used_for="sheaths", cost_usd=cost, source=tubes[label].source))
     return items
 
 
 def _small(build: RobotBuild) -> list[Item]:
-    """Return small parts; the board and the glue have no price, because neither size nor amount is computed."""
-    ends = len(build.winches)
+    """Return small parts; board, glue and the horns' screws have no price: sizes or amounts are not computed."""
+    ends, seats = len(build.winches), [seat_of(winch.fit.motor) for winch in build.winches if winch.fit]
+    straps, horns = sum(seat.box_mm is not None for seat in seats), sum(seat.face is None for seat in seats)
     screws = {"motor mounts": 4 * len(build.winches), "foot": FLANGE_SCREWS if build.shaping.flange_mm else 0}
     used_for = ", ".join(place for place, count in screws.items() if count)
     return [
@@ -121,23 +122,28 @@ def _small(build: RobotBuild) -> list[Item]:
         for what, count, places in (
             ("crimp sleeve or bead, 2 mm", ends, "tied ends"),
             ("screw M4 x 12", sum(screws.values()), used_for),
+            ("cable tie, at most 5 mm wide", straps, "motors in their mounts"),
         )
         if count
     ] + [
-        Item(what=what, amount="1", used_for=places, cost_usd=None)
-        for what, places in (("board", "motor mounts" if ends else ""), _glue(build))
-        if places
+        Item(what=what, amount=str(count), used_for=places, cost_usd=None)
+        for what, count, places in (
+            ("screw for the horn or output flange of a motor", HORN_SCREWS * horns, "spools"),
+            ("board", min(ends, 1), "motor mounts"),
+            _glue(build),
+        )
+        if count
     ]
 
 
-def _glue(build: RobotBuild) -> tuple[str, str]:
-    """Return the glue that the sheet's steps call for, and what for; nothing where they call for none."""
+def _glue(build: RobotBuild) -> tuple[str, int, str]:
+    """Return the glue that the sheet's steps call for, how many packs of it, and what for."""
     places = ["cut pieces"] if any(piece.cut for piece in build.shaping.pieces) else []
     if build.shaping.rods:
-        return "cyanoacrylate or epoxy", ", ".join([*places, "rods"])
+        return "cyanoacrylate or epoxy", 1, ", ".join([*places, "rods"])
     if build.material.elastomer:
-        return "cyanoacrylate with primer for elastomers", ", ".join([*places, "limbs"])
-    return "cyanoacrylate", ", ".join(places)
+        return "cyanoacrylate with primer for elastomers", 1, ", ".join([*places, "limbs"])
+    return "cyanoacrylate", len(places), ", ".join(places)
 
 
 def _plastic(build: RobotBuild) -> list[Item]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from aidsr.fabrication.build import PrintedPart, RobotBuild
 from aidsr.fabrication.hinges import Hinge
+from aidsr.fabrication.materials import lines
 from aidsr.fabrication.schema import Change
 
 _NOTICED = 0.01
@@ -39,12 +40,15 @@ def changes_of(build: RobotBuild) -> tuple[Change, ...]:
             )
         )
     if build.shaping.ducts:
+        of_cable = {winch.cable: winch.line.diameter_mm for winch in build.winches if winch.line}
+        thinnest = lines()[0].diameter_mm
+        play_mm = max(b.radius_mm - of_cable.get(cable, thinnest) / 2 for cable, b in enumerate(build.bores))
         found.append(
             Change(
                 what="guides",
                 simulated="points beside the body",
                 built=f"ducts in walls along every part, holes of {2 * max(b.radius_mm for b in build.bores):.1f} mm: "
-                f"a cable may lie {max(b.radius_mm for b in build.bores) - 0.2:.1f} mm off its line",
+                f"a cable may lie {play_mm:.1f} mm off its line",
             )
         )
     if any(not cable.actuator and not cable.wraps for cable in build.anatomy.cables):

@@ -36,6 +36,9 @@ _HORN_MM = 12.5
 """Radius of the plate on the spool that is screwed to a servo's horn. Source: horns of these servos are 20 to 25 mm
 wide."""
 
+HORN_SCREWS = 4
+"""Number of screws that hold a spool on the horn or output flange of a motor."""
+
 _M3_MM = 3.4
 """Diameter of the holes for M3 screws."""
 
@@ -165,7 +168,7 @@ def _horn_slots(drum: Drum, high: float) -> list[Manifold]:
     sunk = drum.radius_mm >= _HORN_MM
     ends = (6.0, 9.5) if sunk else (5.5, _slot_end(drum))
     slots = []
-    for angle in np.arange(4) * math.pi / 2 + math.pi / 4:
+    for angle in np.arange(HORN_SCREWS) * 2 * math.pi / HORN_SCREWS + math.pi / 4:
         out = math.cos(angle) * _X + math.sin(angle) * _Y
         for begin, wide in ((-4.0, _SLOT_MM), (0.0, 2.0 if sunk else _SLOT_MM)):
             rods = [rounded(r * out + begin * _Z, r * out + (high + 1) * _Z, wide) for r in ends]

@@ -23,8 +23,9 @@ SHEATH_FRICTION = 0.1
 SHEATH_BEND_RAD = math.pi / 2
 """Total bend angle of a sheath between winch and robot. Our choice: one quarter turn."""
 
-SHEATH_MM = 300.0
-"""Length of a sheath. Our choice: the winches stand on a board beside the robot."""
+SHEATH_MM, TETHER_MM = 300.0, 2000.0
+"""Length of a sheath of a robot that is held, and of one that is free. Our choice: the winches stand on a board beside
+the robot, and a free one drags its sheaths to a distance of about 2 m."""
 
 _UNKNOWN_SPOOL_MM = 10.0
 """Spool radius assumed for the cut length where no motor can hold the cable. Our choice: a small spool."""
@@ -65,6 +66,7 @@ class Winch:
         line: Line from which the cable is cut; None where none is strong enough.
         sheath: Tube in which the cable runs from the winch to the robot.
         inside_mm: Length of the cable inside the robot, at rest.
+        sheath_mm: Length of the sheath.
     """
 
     cable: int
@@ -73,6 +75,7 @@ class Winch:
     line: Line | None
     sheath: Sheath
     inside_mm: float
+    sheath_mm: float
 
     @property
     def drum(self) -> Drum:
@@ -84,7 +87,7 @@ class Winch:
     def cut_mm(self) -> float:
         """Length to cut [mm]: from the tied end to the spool, plus stroke, spare turns on the spool and knots."""
         spare = 2 * math.pi * self.drum.reach_mm * SPARE_TURNS
-        way = self.inside_mm + SHEATH_MM + self.drum.free_run_mm
+        way = self.inside_mm + self.sheath_mm + self.drum.free_run_mm
         return _up_to(way + 1000 * self.demand.stroke_m + spare + _TIED_MM, _CUT_STEP_MM)
 
     @property
@@ -131,11 +134,11 @@ def choose_winches(
     }
     used = {index: line_for(demand.at_winch_n) for index, demand in driven.items()}
     fits = _motors([(demand, (used[index] or lines()[-1]).diameter_mm / 1000) for index, demand in driven.items()])
-    winches = []
+    winches, sheath_mm = [], SHEATH_MM if any(part.held for part in anatomy.parts) else TETHER_MM
     for (index, demand), chosen in zip(driven.items(), fits, strict=True):
         inside = anatomy.cables[index].length_mm + entries_mm.get(index, 0.0)
         sheath = sheath_for(used[index] or lines()[-1])
-        winches.append(Winch(index, demand, chosen, used[index], sheath, inside))
+        winches.append(Winch(index, demand, chosen, used[index], sheath, inside, sheath_mm))
     return _with_common_spools(winches)
 
 
