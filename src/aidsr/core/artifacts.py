@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, computed_field, model_validator
+from pydantic import AliasChoices, BaseModel, ConfigDict, Field, computed_field, model_validator
 
 from aidsr.core.errors import Limit
 from aidsr.core.formatting import format_faults
@@ -408,8 +408,10 @@ class EpisodeResult(Artifact):
     """Stage that was reached, in words; empty in older results."""
     held_s: float = 0.0
     """Longest time for which the goal held without interruption [s]."""
-    passed: tuple[ExceededLimit, ...] = ()
-    """Limits of the goal that were exceeded for any length of time."""
+    exceeded_limits: Annotated[
+        tuple[ExceededLimit, ...], Field(validation_alias=AliasChoices("exceeded_limits", "passed"))
+    ] = ()
+    """Limits of the goal that were exceeded for any length of time; called "passed" in older files."""
     penalized_s: float | None = None
     """Time in which the task's penalty applied, for example because of too large a force [s]; None in older results."""
 
