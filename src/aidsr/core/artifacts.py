@@ -588,7 +588,8 @@ class Attempt(Artifact):
 
 
 class TaskReport(Artifact):
-    """Result of trying a stable scene on its task without learning: where it stops, and which role is responsible."""
+    """Result of trying a stable scene on its task, without learning or after a short training: where it stops, and which
+    role is responsible."""
 
     phase: Literal[
         "solved",
@@ -601,6 +602,19 @@ class TaskReport(Artifact):
         "not_forward",
         "not_valid",
     ]
+    """Phase in which the scene stops.
+
+    - solved: a motion or a policy succeeds; for a policy, in at least `SUCCESSFUL_SHARE` of its episodes.
+    - partial: the decisive stage is reached without success, a policy wins fewer episodes than that but enough, or the
+      trial itself failed.
+    - never_reached: nothing touched the target, or the functional part did not come to its point.
+    - no_force: the target was touched, but never with enough sustained force.
+    - wrong_way: touched with enough force, but the target does not move as the job asks.
+    - slipped: touched and lost again.
+    - unstable: the simulation diverged.
+    - not_forward: there is nothing to touch, and the robot did not move forward.
+    - not_valid: a policy wins, but a check of its validity fails.
+    """
     progress: float
     """Mean progress of the searches, 0 to 1."""
     critique: Critique
