@@ -588,8 +588,10 @@ class Attempt(Artifact):
 
 
 class TaskReport(Artifact):
-    """Result of trying a stable scene on its task, without learning or after a short training: where it stops, and which
-    role is responsible."""
+    """Result of trying a stable scene on its task: where it stops, and which role is responsible.
+
+    It is tried without learning, or after a short training.
+    """
 
     phase: Literal[
         "solved",
