@@ -144,12 +144,12 @@ def test_limits_that_are_passed_are_told_with_how_much_and_how_long(tmp_path: Pa
     scene.goal.write_text(goal)
     told = play_once(scene, "drive: t=0 0.8, t=0.5 0.8, t=0.51 0.1", seconds=1.0)
     assert re.search(
-        r"^a limit passed: speed of robot 0\.\d+ m/s of 0\.2 m/s allowed, for 0\.\d+ s of 0\.2 s tolerated$",
+        r"^a limit exceeded: speed of robot 0\.\d+ m/s of 0\.2 m/s allowed, for 0\.\d+ s of 0\.2 s tolerated$",
         told.text(),
         re.M,
     )
     assert told.phase.endswith(told.exceeded_limits[0].text)
-    assert "a limit passed" not in play_once(scene, "drive: 0.3", seconds=1.0).text()
+    assert "a limit exceeded" not in play_once(scene, "drive: 0.3", seconds=1.0).text()
 
 
 def test_a_goal_that_is_left_again_says_how_long_it_was_held(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, computed_field, model_validator
+from pydantic import AliasChoices, BaseModel, ConfigDict, Field, computed_field, model_validator
 
 from aidsr.core.errors import Limit
 from aidsr.core.formatting import format_faults
@@ -408,8 +408,10 @@ class EpisodeResult(Artifact):
     """Stage that was reached, in words; empty in older results."""
     held_s: float = 0.0
     """Longest time for which the goal held without interruption [s]."""
-    passed: tuple[ExceededLimit, ...] = ()
-    """Limits of the goal that were exceeded for any length of time."""
+    exceeded_limits: Annotated[
+        tuple[ExceededLimit, ...], Field(validation_alias=AliasChoices("exceeded_limits", "passed"))
+    ] = ()
+    """Limits of the goal that were exceeded for any length of time; called "passed" in older files."""
     penalized_s: float | None = None
     """Time in which the task's penalty applied, for example because of too large a force [s]; None in older results."""
 
@@ -586,7 +588,10 @@ class Attempt(Artifact):
 
 
 class TaskReport(Artifact):
-    """Result of trying a stable scene on its task without learning: where it stops, and which role is responsible."""
+    """Result of trying a stable scene on its task: where it stops, and which role is responsible.
+
+    It is tried without learning, or after a short training.
+    """
 
     phase: Literal[
         "solved",
@@ -599,6 +604,19 @@ class TaskReport(Artifact):
         "not_forward",
         "not_valid",
     ]
+    """Phase in which the scene stops.
+
+    - solved: a motion or a policy succeeds; for a policy, in at least `SUCCESSFUL_SHARE` of its episodes.
+    - partial: the decisive stage is reached without success, a policy wins fewer episodes than that but enough, or the
+      trial itself failed.
+    - never_reached: nothing touched the target, or the functional part did not come to its point.
+    - no_force: the target was touched, but never with enough sustained force.
+    - wrong_way: touched with enough force, but the target does not move as the job asks.
+    - slipped: touched and lost again.
+    - unstable: the simulation diverged.
+    - not_forward: there is nothing to touch, and the robot did not move forward.
+    - not_valid: a policy wins, but a check of its validity fails.
+    """
     progress: float
     """Mean progress of the searches, 0 to 1."""
     critique: Critique

@@ -22,12 +22,12 @@ def ends_in_words(episodes: Sequence[EpisodeResult], hold_s: float) -> list[str]
     for episode in episodes:
         if episode.reached:
             alike.setdefault(_words(episode), []).append(episode)
-    passed: dict[str, list[ExceededLimit]] = {}
+    exceeded: dict[str, list[ExceededLimit]] = {}
     for episode in episodes:
-        for limit in episode.passed:
-            passed.setdefault(limit.limit, []).append(limit)
+        for limit in episode.exceeded_limits:
+            exceeded.setdefault(limit.limit, []).append(limit)
     lines = [f"{len(some)} of {len(episodes)}: {_stage(some, hold_s)}" for some in sorted(alike.values(), key=_fewer)]
-    for some in passed.values():
+    for some in exceeded.values():
         worst = max(some, key=lambda limit: limit.worst)
         longest = worst.model_copy(update={"time_s": max(limit.time_s for limit in some)})
         lines.append(f"a limit exceeded in {len(some)} of {len(episodes)}, worst: {longest.text}")

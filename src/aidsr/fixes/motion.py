@@ -22,6 +22,7 @@ from aidsr.mjcf.edit import (
 )
 from aidsr.mjcf.elements import Element, elements
 from aidsr.sim import beam
+from aidsr.sim.beam import MOST_DAMPING_TIME_S
 
 _DAMPING_STEPS = 5.0
 """Smallest damping time c / k of a joint, in time steps. Source: docs/physics.md, recommendation of 5 steps or more."""
@@ -29,8 +30,6 @@ _DAMPING_STEPS = 5.0
 _MUJOCO_TIMESTEP_S = 0.002
 """Time step of a document that does not set one. Source: MuJoCo XML reference, option."""
 
-_MOST_DAMPING_S = 0.2
-"""Damping time c / k of a joint from which its damping is not raised further."""
 _SETTLING_S = 0.05
 """Smallest damping time c / k of a joint whose damping was negative. Our choice: that of the example arm."""
 _SMALLEST_TIMESTEP_S = 0.0005
@@ -145,7 +144,7 @@ def raise_damping(root: Element, request: Request) -> Iterator[str]:
     changed = 0
     for joint in joints(root):
         stiffness, damping = _value(root, joint, "stiffness"), get_numbers(joint, "damping")
-        if damping and damping[0] > 0 and (stiffness == 0 or damping[0] < _MOST_DAMPING_S * stiffness):
+        if damping and damping[0] > 0 and (stiffness == 0 or damping[0] < MOST_DAMPING_TIME_S * stiffness):
             set_numbers(joint, "damping", 2.0 * damping[0])
             changed += 1
     if changed:

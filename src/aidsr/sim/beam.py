@@ -11,6 +11,8 @@ import math
 
 CLAMPED_FREE_FIRST_MODE = 3.516
 """(beta_1 L)^2 of a clamped-free beam. Source: Blevins, Formulas for Natural Frequency and Mode Shape, table 8-1."""
+MOST_DAMPING_TIME_S = 0.2
+"""Damping time beta = c / k of a joint from which its damping is not raised further [s]. Our choice."""
 
 SOLIMP = (0.95, 0.99, 0.001)
 """MuJoCo's `solimp` for the contacts and joint limits of light bodies.

@@ -102,7 +102,7 @@ def play(
     distances: Pairs = (),
     variations: Several = (),
 ) -> Result:
-    """Play a motion script on a scene and tell path, heading, contacts, distances, limits passed and what ended it."""
+    """Play a motion script and tell path, heading, contacts, distances, limits exceeded and what ended it."""
     subject = workspace.subject(scene)
     how = How(script=script, variation=variation, variations=variations, seconds=seconds, distances=distances)
     played = _play_all(subject, how)

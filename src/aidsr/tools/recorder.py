@@ -137,7 +137,7 @@ class Recorder:
             reached=outcomes.reached[0],
             held_s=float(outcomes.held_s[0]),
             hold_s=self._task.hold_s,
-            exceeded_limits=outcomes.passed[0],
+            exceeded_limits=outcomes.exceeded_limits[0],
             violation_s=self._violation_s,
             overlaps=self._overlaps,
             conditions=self._best_conditions,

@@ -195,7 +195,7 @@ class Recording(Artifact):
             self._progress(),
             *([f"when progress was best: {self._conditions_text()}"] if self.conditions else []),
             *self._validity(),
-            *(f"a limit passed: {limit.text}" for limit in self.exceeded_limits),
+            *(f"a limit exceeded: {limit.text}" for limit in self.exceeded_limits),
             *self._violation(),
             *(_overlap_line(*each) for each in self.overlaps),
             *self.cut_off,

@@ -41,14 +41,23 @@ def test_a_goal_that_is_passed_by_and_left_says_how_long_it_was_held(tmp_path: P
 
 def test_a_limit_that_was_passed_is_named_with_how_much_and_how_long(tmp_path: Path) -> None:
     end = played(tmp_path, GOAL.replace("0.2", "0.55") + FAST, "drive: t=0 0.8, t=1 0.8, t=1.01 0.1")
-    (limit,) = end.passed
+    (limit,) = end.exceeded_limits
     assert (limit.limit, limit.allowed, limit.unit) == ("speed of robot", 0.3, "m/s")
     assert limit.worst == pytest.approx(0.4, rel=0.02)
     assert limit.time_s == pytest.approx(1.0, abs=0.08)
     assert ends_in_words([end, end], 0.4)[-1].startswith(
         "a limit exceeded in 2 of 2, worst: speed of robot 0.4 m/s of 0.3 m/s"
     )
-    assert played(tmp_path, GOAL + FAST, "drive: 0.5").passed == ()
+    assert played(tmp_path, GOAL + FAST, "drive: 0.5").exceeded_limits == ()
+
+
+def test_limits_in_older_files_are_read() -> None:
+    limit = {"limit": "speed of robot", "worst": 0.4, "allowed": 0.3, "unit": "m/s", "time_s": 1.0}
+    numbers = {"progress": 0.0, "best_progress": 0.0, "reward": 0.0, "time_s": 2.0}
+    older = EpisodeResult.model_validate({"variation": 0, "ended": "failed", **numbers, "passed": [limit]})
+    assert [each.limit for each in older.exceeded_limits] == ["speed of robot"]
+    assert EpisodeResult.model_validate_json(older.model_dump_json()) == older
+    assert "passed" not in older.model_dump()
 
 
 def test_the_band_of_a_touch_is_such_a_limit(tmp_path: Path) -> None:
@@ -62,7 +71,7 @@ def test_the_band_of_a_touch_is_such_a_limit(tmp_path: Path) -> None:
     loaded = scene.model_copy(update={"mjcf": walled}).load()
     episodes = Episodes(loaded.model, loaded.task, loaded.actions, [loaded.task.variation("development", 0)], threads=1)
     ended = rollout(episodes, script_policy(loaded, "drive: 1")).result(0, 0)
-    (limit,) = ended.passed
+    (limit,) = ended.exceeded_limits
     assert (limit.limit, limit.allowed) == ("force on wall", 6.0)
     assert limit.worst > 100.0
     assert (ended.ended, limit.time_s, limit.tolerated_s) == ("failed", 0.04, 0.0), "none of it is tolerated"

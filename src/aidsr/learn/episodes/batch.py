@@ -40,8 +40,11 @@ class StepResult:
     observation: NDArray[np.float32]
     """Observations, (n, n_observations)."""
     reward: FloatArray
+    """Reward of the step, (n,)."""
     progress: FloatArray
+    """Progress after the step, (n,), 0 to 1."""
     violation: FloatArray
+    """Violation of the task's limits, by which its penalty is scaled, (n,), 0 to 1."""
     success: BoolArray
     """The goal was held long enough; the episode ends."""
     failure: BoolArray

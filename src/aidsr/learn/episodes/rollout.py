@@ -52,7 +52,7 @@ class EpisodeOutcomes:
     """Longest time for which the goal held without a break [s]."""
     reached: NDArray[np.object_]
     """Stage of the task that the episode reached, in words."""
-    passed: NDArray[np.object_]
+    exceeded_limits: NDArray[np.object_]
     """Limits that the episode violated, a tuple of `ExceededLimit` each."""
     penalized_s: FloatArray
     """Time in which the task's penalty applied [s]."""
@@ -74,7 +74,7 @@ class EpisodeOutcomes:
             time_s=float(np.round(self.time_s[row], 6)),
             reached=self.reached[row],
             held_s=float(np.round(self.held_s[row], 6)),
-            passed=self.passed[row],
+            exceeded_limits=self.exceeded_limits[row],
             penalized_s=float(np.round(self.penalized_s[row], 6)),
         )
 
@@ -104,11 +104,11 @@ def rollout(
         held_s = np.maximum(held_s, episodes.held_s)
         penalized_s += episodes.task.control_dt_s * (result.violation > 0.0)
         callback(result)
-    reached, passed = np.empty((2, n), dtype=np.object_)
+    reached, exceeded = np.empty((2, n), dtype=np.object_)
     for row in range(n):
         reached[row] = episodes.task.stage_reached(
             float(best_progress[row]), success=bool(success[row]), met=bool(held_s[row] > 0.0)
         )
-        passed[row] = episodes.passed_limits(row)
+        exceeded[row] = episodes.passed_limits(row)
     ends = (success, failure, diverged, progress, best_progress, reward, time_s)
-    return EpisodeOutcomes(*ends, held_s, reached, passed, penalized_s)
+    return EpisodeOutcomes(*ends, held_s, reached, exceeded, penalized_s)

@@ -122,7 +122,7 @@ class MotionSpace:
         return np.asarray(np.where(np.ptp(rows, axis=0) > 0.0, drawn, rows[0]))
 
     def motions(self, rows: FloatArray) -> Motions:
-        """Return the motions that rows of numbers represent."""
+        """Return the motions that rows of numbers represent: (n, 4 k + 3), or (n, 5 k + 2) for gaits."""
         k = self.rest.size
         first, change, sine, cosine = (rows[:, i * k : (i + 1) * k] for i in range(4))
         frequency, (begin, ramp) = np.exp(rows[:, 4 * k : -2]), np.exp(rows[:, -2:]).T

@@ -210,7 +210,7 @@ class _Player:
         """Motions tried in the search for each unsolved variation."""
 
     def motions_of(self, rows: FloatArray) -> Motions:
-        """Return the motions of rows of the search; with a goal, rounded as in the report.
+        """Return the motions of rows of the search, as `MotionSpace.sample` returns them; with a goal, rounded.
 
         The reported motion is then exactly the one that succeeded. The motions of the benchmark are rounded only at the
         end, as they were when its figures were made.
@@ -230,7 +230,10 @@ class _Player:
         return round(time_s / self.step_s)
 
     def search(self, motions: Motions, variations: Sequence[Variation]) -> tuple[EpisodeOutcomes, FloatArray]:
-        """Play equally many motions in each variation until they stall or solve it; return outcomes and fitness."""
+        """Play equally many motions in each variation until they stall or solve it.
+
+        Returns the outcomes and the fitness (n_motions,), -1 to 2.
+        """
         owners = np.repeat(np.arange(len(variations)), len(motions.first) // len(variations))
         episodes = self._episodes([variations[owner] for owner in owners.tolist()])
         episodes.time_limit_s[:] = self.searched_s

@@ -74,7 +74,7 @@ class Normalisation:
         env.ret_rms.count = self.return_count
 
     def apply(self, observation: NDArray[np.floating]) -> FloatArray:
-        """Return normalised observations, the input of the network."""
+        """Return normalised observations, the input of the network, (n, n_observations) as given; -clip to clip."""
         return np.clip((observation - self.mean) / np.sqrt(self.var + self.epsilon), -self.clip, self.clip)
 
     def to_json(self) -> str:
@@ -148,7 +148,7 @@ class TrainedPolicy:
         return cls(policy.actor if isinstance(policy, SACPolicy) else policy, normalisation)
 
     def act(self, observation: NDArray[np.floating]) -> FloatArray:
-        """Return actions for observations, see `Policy`."""
+        """Return actions for observations, (n, n_observations) -> (n, n_groups), -1 to 1; see `Policy`."""
         action, _ = self.network.predict(self.normalisation.apply(observation).astype(np.float32), deterministic=True)
         return np.asarray(action, dtype=np.float64)
 

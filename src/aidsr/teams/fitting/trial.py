@@ -221,4 +221,4 @@ def _why(scene: TaskScene, best: ProbedVariation) -> str:
     short = attribute_failure(task, recorded)[1].problem
     if task.is_decisive(best.episode.best_progress) and best.episode.best_progress >= task.stages[-1][0]:
         short = f"it stays for {best.episode.held_s:.3g} s of {task.hold_s:.3g} s at most"
-    return "; ".join([short, *(limit.text for limit in best.episode.passed)])
+    return "; ".join([short, *(limit.text for limit in best.episode.exceeded_limits)])

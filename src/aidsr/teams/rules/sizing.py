@@ -13,6 +13,9 @@ from aidsr.teams.rules.orientation import stands_in_front
 _DAMPING_TIME_RANGE_S = (0.02, 0.1)
 """Recommended damping times beta = c / k [s]. Source: docs/physics.md, recommendation."""
 
+_MORE_DAMPING = 1.4
+"""Ratio of damping times when more damping is requested. Our choice."""
+
 _SPRING_STEEL_PA = 200e9
 """Young's modulus of spring steel. Source: EN 10270-1 wire, 206 GPa; rounded down for the effect of fittings."""
 
@@ -61,6 +64,11 @@ def damping_time(
     mass_per_length = density_kg_m3 * math.pi * radius_m**2
     frequency = beam.first_bending_frequency(bending_stiffness_n_m2, mass_per_length, length_m)
     return float(np.clip(beam.stiffness_damping_time(damping_ratio, frequency), *_DAMPING_TIME_RANGE_S))
+
+
+def more_damping(time_s: float) -> float:
+    """Return the damping time after a request for more damping [s]: 1.4 times as much, up to the most."""
+    return round(min(time_s * _MORE_DAMPING, beam.MOST_DAMPING_TIME_S), 3)
 
 
 def rod(bending_stiffness_n_m2: float) -> str:

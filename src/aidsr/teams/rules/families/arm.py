@@ -18,7 +18,7 @@ from aidsr.teams.rules.job import Job
 from aidsr.teams.rules.mjcf_builder import MjcfBuilder
 from aidsr.teams.rules.orientation import Orientation, lean_aside
 from aidsr.teams.rules.parts import HOOK_RADIUS_M, HOOK_SHAFT_M, add_base, add_hook, add_pad, add_tip_sensors
-from aidsr.teams.rules.sizing import bending_stiffness, damping_time, reach_length, rod
+from aidsr.teams.rules.sizing import bending_stiffness, damping_time, more_damping, reach_length, rod
 
 _SECTION_NAMES = {1: ("arm",), 2: ("proximal", "distal"), 3: ("proximal", "middle", "distal")}
 
@@ -33,7 +33,7 @@ class ArmParameters(Parameters):
     radius_m: Annotated[float, Field(ge=0.004, le=0.03), Is("thickness")]
     tension_n: Annotated[float, Field(ge=2.0, le=60.0), Is("tension")]
     bending_stiffness_n_m2: Annotated[float, Field(gt=0.0), Is("stiffness")]
-    damping_time_s: Annotated[float, Field(ge=0.01, le=0.2), Is("damping")]
+    damping_time_s: Annotated[float, Field(ge=0.01, le=beam.MOST_DAMPING_TIME_S), Is("damping")]
     density_kg_m3: Annotated[float, Field(ge=200.0, le=2000.0), Is("density")]
     pad_radius_m: Annotated[float, Field(ge=0.004, le=0.04)]
     hook_m: Annotated[float, Field(ge=0.0, le=0.08)] = 0.0
@@ -168,7 +168,7 @@ def reinforce(p: ArmParameters) -> ArmParameters:
         update={
             "tension_n": round(min(p.tension_n * 1.1, 60.0), 1),
             "bending_stiffness_n_m2": round(p.bending_stiffness_n_m2 * 1.2, 5),
-            "damping_time_s": round(min(p.damping_time_s * 1.4, 0.2), 3),
+            "damping_time_s": more_damping(p.damping_time_s),
             "variation": p.variation + 1,
         }
     )

@@ -11,12 +11,13 @@ from pydantic import Field
 
 from aidsr.core.artifacts import ActuatorGroup, Robot
 from aidsr.core.formatting import deg, mm, numeral
+from aidsr.sim import beam
 from aidsr.teams.rules.chain import GUIDE_CLEARANCE_M, Backbone, Cable, Chain, route_cable, uniform, write_chain
 from aidsr.teams.rules.families.family import Description, Family, Is, Parameters, Preference, Suits
 from aidsr.teams.rules.job import Job
 from aidsr.teams.rules.mjcf_builder import MjcfBuilder, add
 from aidsr.teams.rules.parts import add_pad, add_touch_sensor
-from aidsr.teams.rules.sizing import bending_stiffness, damping_time, rod
+from aidsr.teams.rules.sizing import bending_stiffness, damping_time, more_damping, rod
 
 
 class CrawlerParameters(Parameters):
@@ -34,7 +35,7 @@ class CrawlerParameters(Parameters):
     cables_per_leg: Annotated[int, Field(ge=2, le=3)]
     tension_n: Annotated[float, Field(ge=2.0, le=40.0), Is("tension")]
     bending_stiffness_n_m2: Annotated[float, Field(gt=0.0), Is("stiffness")]
-    damping_time_s: Annotated[float, Field(ge=0.01, le=0.2), Is("damping")]
+    damping_time_s: Annotated[float, Field(ge=0.01, le=beam.MOST_DAMPING_TIME_S), Is("damping")]
     density_kg_m3: Annotated[float, Field(ge=200.0, le=2000.0), Is("density")]
 
     def count_step(self, name: str) -> int:
@@ -212,7 +213,7 @@ def reinforce(p: CrawlerParameters) -> CrawlerParameters:
         update={
             "tension_n": round(min(p.tension_n * 1.1, 40.0), 1),
             "bending_stiffness_n_m2": round(p.bending_stiffness_n_m2 * 1.25, 6),
-            "damping_time_s": round(min(p.damping_time_s * 1.4, 0.2), 3),
+            "damping_time_s": more_damping(p.damping_time_s),
             "variation": p.variation + 1,
         }
     )

@@ -19,7 +19,7 @@ from aidsr.teams.rules.families.family import Description, Family, Is, Parameter
 from aidsr.teams.rules.job import Job
 from aidsr.teams.rules.mjcf_builder import MjcfBuilder, add
 from aidsr.teams.rules.parts import add_base, add_pad, add_touch_sensor
-from aidsr.teams.rules.sizing import bending_stiffness, damping_time, rod
+from aidsr.teams.rules.sizing import bending_stiffness, damping_time, more_damping, rod
 
 
 class GripperParameters(Parameters):
@@ -39,7 +39,7 @@ class GripperParameters(Parameters):
     closing_n: Annotated[float, Field(ge=2.0, le=30.0), Is("tension")]
     opening_n: Annotated[float, Field(ge=1.0, le=20.0), Is("tension")]
     bending_stiffness_n_m2: Annotated[float, Field(gt=0.0), Is("stiffness")]
-    damping_time_s: Annotated[float, Field(ge=0.01, le=0.2), Is("damping")]
+    damping_time_s: Annotated[float, Field(ge=0.01, le=beam.MOST_DAMPING_TIME_S), Is("damping")]
     density_kg_m3: Annotated[float, Field(ge=200.0, le=2000.0), Is("density")]
 
     def count_step(self, name: str) -> int:
@@ -257,7 +257,7 @@ def reinforce(p: GripperParameters) -> GripperParameters:
             "closing_n": round(min(p.closing_n * 1.15, 30.0), 1),
             "opening_n": round(min(p.opening_n * 1.15, 20.0), 1),
             "bending_stiffness_n_m2": round(p.bending_stiffness_n_m2 * 1.2, 6),
-            "damping_time_s": round(min(p.damping_time_s * 1.4, 0.2), 3),
+            "damping_time_s": more_damping(p.damping_time_s),
             "variation": p.variation + 1,
         }
     )

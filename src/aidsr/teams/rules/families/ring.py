@@ -15,7 +15,7 @@ from aidsr.teams.rules.chain import GUIDE_CLEARANCE_M, Backbone, Cable, Chain, r
 from aidsr.teams.rules.families.family import Description, Family, Is, Parameters, Preference, Suits
 from aidsr.teams.rules.job import Job
 from aidsr.teams.rules.mjcf_builder import TIMESTEP_S, MjcfBuilder, add
-from aidsr.teams.rules.sizing import bending_stiffness, damping_time, rod
+from aidsr.teams.rules.sizing import bending_stiffness, damping_time, more_damping, rod
 
 
 class RingParameters(Parameters):
@@ -30,7 +30,7 @@ class RingParameters(Parameters):
     """Mass of one of the cross bars on which the ring rolls."""
     tension_n: Annotated[float, Field(ge=2.0, le=60.0), Is("tension")]
     bending_stiffness_n_m2: Annotated[float, Field(gt=0.0), Is("stiffness")]
-    damping_time_s: Annotated[float, Field(ge=0.01, le=0.2), Is("damping")]
+    damping_time_s: Annotated[float, Field(ge=0.01, le=beam.MOST_DAMPING_TIME_S), Is("damping")]
     density_kg_m3: Annotated[float, Field(ge=200.0, le=2000.0), Is("density")]
 
 
@@ -182,7 +182,7 @@ def reinforce(p: RingParameters) -> RingParameters:
         update={
             "tension_n": round(min(p.tension_n * 1.1, 60.0), 1),
             "bending_stiffness_n_m2": round(p.bending_stiffness_n_m2 * 1.2, 5),
-            "damping_time_s": round(min(p.damping_time_s * 1.4, 0.2), 3),
+            "damping_time_s": more_damping(p.damping_time_s),
             "half_width_m": round(min(p.half_width_m * 1.1, 0.12), 4),
             "variation": p.variation + 1,
         }

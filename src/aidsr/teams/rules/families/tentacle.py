@@ -19,7 +19,7 @@ from aidsr.teams.rules.job import Job
 from aidsr.teams.rules.mjcf_builder import MjcfBuilder, add
 from aidsr.teams.rules.orientation import Orientation, angle_to_down_deg, lean_aside, looks_sideways
 from aidsr.teams.rules.parts import add_base, add_pad, add_tip_sensors
-from aidsr.teams.rules.sizing import damping_time, reach_length, rod
+from aidsr.teams.rules.sizing import damping_time, more_damping, reach_length, rod
 
 
 class TentacleParameters(Parameters):
@@ -36,7 +36,7 @@ class TentacleParameters(Parameters):
     tension_n: Annotated[float, Field(ge=2.0, le=60.0), Is("tension")]
     bending_stiffness_n_m2: Annotated[float, Field(gt=0.0), Is("stiffness")]
     """Bending stiffness at the base; it falls with the square of the radius, so that the tip curls tighter."""
-    damping_time_s: Annotated[float, Field(ge=0.01, le=0.2), Is("damping")]
+    damping_time_s: Annotated[float, Field(ge=0.01, le=beam.MOST_DAMPING_TIME_S), Is("damping")]
     density_kg_m3: Annotated[float, Field(ge=200.0, le=2000.0), Is("density")]
     stalk_m: Annotated[float, Field(ge=0.0, le=0.6), Is("length")] = 0.0
     """Length of a stiff post from which the tentacle leaves sideways; 0 to grow straight from the mount."""
@@ -254,7 +254,7 @@ def reinforce(p: TentacleParameters) -> TentacleParameters:
         update={
             "tension_n": round(min(p.tension_n * 1.1, 60.0), 1),
             "bending_stiffness_n_m2": round(p.bending_stiffness_n_m2 * 1.2, 5),
-            "damping_time_s": round(min(p.damping_time_s * 1.4, 0.2), 3),
+            "damping_time_s": more_damping(p.damping_time_s),
             "variation": p.variation + 1,
         }
     )
