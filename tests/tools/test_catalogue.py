@@ -408,7 +408,9 @@ def test_a_short_training_is_told(tmp_path: Path) -> None:
     pytest.importorskip("torch", reason="needs the extra rl")
     work = with_cart(tmp_path, 0.4)
     told = call(work, "train", scene="scene_1", steps=4000)
-    assert told.startswith("after 4,000 steps: success in ")
+    taken = re.search(r"minutes and ([\d,]+) control steps", told)
+    assert taken is not None
+    assert told.startswith(f"after {taken[1]} steps: success in ")
     assert " of 20 development variations" in told
     assert re.search(r"^20 episodes ended: .*\d+ by (success|the time limit of 4 s)", told, re.M)
     assert re.search(
@@ -423,9 +425,6 @@ def test_a_short_training_is_told(tmp_path: Path) -> None:
     assert "\ncentre of mass: from " in shown
     begun = call(work, "train", scene="scene_1", steps=4000, script="*: t=0 1, t=3 1")
     assert "until its policy succeeded nearly always; 20 episodes" in begun
-    taken = re.search(r"minutes and ([\d,]+) control steps", begun)
-    assert taken is not None
-    assert begun.startswith(f"after {taken[1]} steps: ")
     with pytest.raises(UserError, match='no group "wheel"'):
         call(work, "train", scene="scene_1", steps=4000, script="wheel: 1")
     score = OWNER_TOOLS["evaluate"].call(work, {"scene": "scene_1", "episodes": 20}).text

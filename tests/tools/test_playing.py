@@ -19,6 +19,7 @@ from aidsr.tools.distances import distance_m, find_pairs
 from aidsr.tools.playing import film_script, play_variations
 from aidsr.tools.recording import validity_in_words
 from aidsr.tools.scene import MeasuredScene
+from aidsr.tools.statics import bends
 
 
 def test_a_cart_of_constant_speed_has_its_path_velocity_and_distances(tmp_path: Path) -> None:
@@ -341,6 +342,39 @@ def test_a_picture_shows_the_motion_that_is_played_with_what_the_job_itself_driv
     assert distance_m(model, data, base, table) == pytest.approx(end_m, abs=1e-4)
     assert start_m - end_m > 0.02
     assert shown.duration_s == pytest.approx(played.duration_s)
+
+
+PILLOW = """
+<mujoco>
+  <option timestep="0.002" integrator="implicitfast"/>
+  <worldbody>
+    <body name="pillow" pos="0 0 0.05">
+      <flexcomp name="foam" type="grid" count="4 4 2" spacing="0.05 0.05 0.03" dim="3" mass="0.5" radius="0.005" {dof}>
+        <contact selfcollide="none"/>{edge}
+      </flexcomp>
+    </body>
+    <geom name="floor" type="plane" size="5 5 0.1"/>
+    <body name="robot/base" pos="0 0 {height_m}">
+      <geom size="0.03" mass="0.3" pos="0.01 0.01 0"/><site name="robot/functional_part"/>
+      <joint name="robot/down" type="slide" axis="0 0 1"/>
+    </body>
+    <body name="other" pos="3 0 1"><geom name="last" size="0.01"/></body>
+  </worldbody>
+  <actuator><motor name="robot/push" joint="robot/down" ctrlrange="-1 0"/></actuator>
+</mujoco>"""
+
+
+@pytest.mark.parametrize("dof", ["", 'dof="trilinear"'])
+def test_a_flex_that_is_touched_or_overlapped_is_named(tmp_path: Path, dof: str) -> None:
+    edge = "" if dof else '<edge equality="true" damping="1"/>'
+    goal = tmp_path / "goal.toml"
+    goal.write_text('kind = "travel"\ndistance_m = 1\ntime_limit_s = 4\n')
+    pressed = PILLOW.format(dof=dof, edge=edge, height_m=0.085)
+    played = play_once(MeasuredScene(mjcf=pressed, goal=goal), "*: -1", seconds=0.5)
+    assert [touch.geom for touch in played.touches] == ["foam"]
+    assert played.touches[0].bodies == ("base",)
+    assert [name for name, _, _ in played.overlaps] == ["foam"]
+    assert "foam with base" in bends(MeasuredScene(mjcf=pressed)).text
 
 
 def test_of_a_success_no_stage_is_told_as_missed(tmp_path: Path) -> None:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 import re
 
+import mujoco
 import pytest
 
 from aidsr.core.errors import UserError
+from aidsr.tools.distances import distance_m, find_pairs
 from aidsr.tools.scene import MeasuredScene
 from aidsr.tools.statics import bends, clearances, load
 
@@ -132,6 +134,29 @@ def test_clearances_are_measured_as_drawn_and_at_rest() -> None:
     at_rest = math.hypot(LENGTH_M * math.cos(angle), 0.1 + LENGTH_M * math.sin(angle))
     assert found.figure("anchor to tip") == pytest.approx(1000 * at_rest, rel=0.01)
     assert "141.4 mm as drawn" in found.text
+
+
+@pytest.mark.parametrize("height_m", [0.3, 0.08, 0.06, 0.03])
+def test_a_height_field_is_measured_to_a_surface_and_a_point_above_and_inside(height_m: float) -> None:
+    field = f"""
+<mujoco>
+  <option gravity="0 0 0"/>
+  <asset><hfield name="flat" nrow="2" ncol="2" size="1 1 0.1 0.1" elevation="0.5 0.5 0.5 0.5"/></asset>
+  <worldbody>
+    <geom name="ground" type="hfield" hfield="flat"/><geom name="floor" type="plane" size="1 1 1" pos="0 0 -0.05"/>
+    <body name="ball" pos="0.2 0.3 {height_m}"><joint/><site name="middle"/><geom size="0.02" mass="0.1"/></body>
+  </worldbody>
+</mujoco>"""
+    model = mujoco.MjModel.from_xml_string(field)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    top_m = float(model.hfield_size[0, 2] * model.hfield_data[0])
+    ball, point = find_pairs(model, [("ball", "ground"), ("middle", "ground")])
+    deepest_m = -0.02  # contacts of a ball with a height field are no deeper than its radius
+    assert distance_m(model, data, *ball) == pytest.approx(max(height_m - top_m - 0.02, deepest_m), abs=1e-3)
+    assert distance_m(model, data, *point) == pytest.approx(height_m - top_m, abs=1e-4)
+    with pytest.raises(UserError, match='no distance is measured between "floor" and "ground"'):
+        find_pairs(model, [("floor", "ground")])
 
 
 def test_what_cannot_be_measured_is_said() -> None:

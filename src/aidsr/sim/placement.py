@@ -15,6 +15,7 @@ from aidsr.core.errors import MjcfError
 from aidsr.mjcf.compile import Loaded
 from aidsr.mjcf.elements import elements, join
 from aidsr.mjcf.names import ROBOT_PREFIX
+from aidsr.sim.contact_forces import contact_bodies
 from aidsr.sim.strip_scenery import delete_dangling_references, is_free
 
 Vector = NDArray[np.float64]
@@ -247,7 +248,7 @@ def _touching(model: mujoco.MjModel, bodies: list[int]) -> Iterator[tuple[int, i
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     for contact in data.contact[: data.ncon]:
-        first, second = (int(body) for body in model.geom_bodyid[contact.geom])
+        first, second = contact_bodies(model, contact)
         if first in bodies:
             yield second, first
         if second in bodies:

@@ -103,7 +103,8 @@ def stand(robot: Robot, environment: str, placement: Placement, sensors: Sequenc
         tilt_deg=tilt_deg,
         sinks_m=sinks_m,
         slides_m=slides_m,
-        note=_note(raised_m, (x, y, z), tilt_deg, sinks_m, slides_m),
+        note=_note(raised_m, (x, y, z), tilt_deg, sinks_m, slides_m)
+        + ("; flexes are not taken into account in its height" if model.nflex else ""),
     )
 
 

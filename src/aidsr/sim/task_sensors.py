@@ -39,11 +39,6 @@ Part = Literal["functional_part", "robot"]
 CONTACT_SLOT_WIDTH = 10
 """Numbers in one slot of a "contacts" sensor: found (1), force (3) [N], position (3) [m], normal (3)."""
 
-ALL_CONTACTS = 64
-"""Slots of a "contacts" sensor whose forces are summed, the most that a sensor may have. Our choice: a brush of blocks
-or a hand around an object has up to about 30 contacts, four for each flat face. 64 slots in place of 8 take about 5 us
-of each physics step; see `Readings.all_contacts_n` for more contacts than slots."""
-
 _SENS = mujoco.mjtSensor
 _OF_THE_ROBOT = {
     "center_of_mass": _SENS.mjSENS_SUBTREECOM,
@@ -121,8 +116,8 @@ class TaskSensor(Artifact):
     """Whether `target` is a body even if there is also a site of that name; otherwise the site is preferred."""
     part: Part = "robot"
     """For contacts: the whole robot, or the functional part's body with its subtree."""
-    slots: Annotated[int, Field(ge=1, le=ALL_CONTACTS)] = 1
-    """For "contacts": number of reported contacts, the strongest; `ALL_CONTACTS` where their forces are summed."""
+    slots: Annotated[int, Field(ge=1, le=64)] = 1
+    """For "contacts": number of reported contacts, the strongest; `Readings.all_contacts_n` sums more."""
     max_distance_m: Annotated[float, Field(gt=0)] = 1.0
     """For "distance": largest measured gap [m]; a larger gap is reported as this value."""
 

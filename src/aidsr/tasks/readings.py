@@ -157,7 +157,7 @@ class Readings:
         late: each contact without a slot counts with the whole force, friction included, of the weakest one in a slot.
 
         Args:
-            name: Name of a "contacts" sensor, with `ALL_CONTACTS` slots.
+            name: Name of a "contacts" sensor.
             mean_over_s: See `peak_force_n`.
         """
         slots = self._slots(name)

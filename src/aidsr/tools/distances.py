@@ -19,6 +19,7 @@ _FAR_M = 10.0
 _POINT_M = 1e-5
 """Radius of the sphere that represents a point."""
 _OBJ = mujoco.mjtObj
+_PLANE, _HEIGHT_FIELD = int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD)
 
 
 @dataclass(frozen=True)
@@ -58,36 +59,61 @@ def find_pairs(model: mujoco.MjModel, pairs: Sequence[tuple[str, str]]) -> list[
     """Return the elements of pairs of names.
 
     Raises:
-        UserError: A name is unknown, or belongs to a body without geoms.
+        UserError: A name is unknown, or belongs to a body without geoms, or both are planes or height fields.
     """
-    return [(find_named(model, first), find_named(model, second)) for first, second in pairs]
+    found = [(find_named(model, first), find_named(model, second)) for first, second in pairs]
+    for pair in found:
+        if all(each.geoms and set(model.geom_type[list(each.geoms)]) <= {_PLANE, _HEIGHT_FIELD} for each in pair):
+            named = " and ".join(f'"{each.name}"' for each in pair)
+            raise UserError(f"no distance is measured between {named}: both are planes or height fields; name a body")
+    return found
 
 
 def distance_m(model: mujoco.MjModel, data: mujoco.MjData, first: Named, second: Named) -> float:
     """Return the distance between two points, a point and a surface, or two surfaces (negative inside) [m].
 
-    Source: `geom_distance_m`.
+    A distance beyond `_FAR_M` is returned as `_FAR_M`. Source: `geom_distance_m`.
+
+    Args:
+        model: Compiled model.
+        data: State after `mj_forward`.
+        first: One of the two.
+        second: The other.
     """
     if first.site >= 0 and second.site >= 0:
         return float(np.linalg.norm(data.site_xpos[first.site] - data.site_xpos[second.site]))
     if first.site >= 0 or second.site >= 0:
         point, shape = (first, second) if first.site >= 0 else (second, first)
         return _from_point_m(model, data, data.site_xpos[point.site], shape)
-    least: float = min(
-        geom_distance_m(model, data, one, other, _FAR_M) for one in first.geoms for other in second.geoms
-    )
-    return least
+    return min(_between_m(model, data, one, other) for one in first.geoms for other in second.geoms)
+
+
+def _between_m(model: mujoco.MjModel, data: mujoco.MjData, one: int, other: int) -> float:
+    """Return the distance between the surfaces of two geoms, negative inside [m].
+
+    For a geom that overlaps a height field `mj_geomDistance` of MuJoCo 3.17 returns a positive number that has nothing
+    to do with the depth, so the deepest contact counts.
+    """
+    if _HEIGHT_FIELD in model.geom_type[[one, other]]:
+        both = {one, other}
+        depths = [float(each.dist) for each in data.contact[: data.ncon] if set(map(int, each.geom)) == both]
+        if depths:
+            return min(depths)
+    return geom_distance_m(model, data, one, other, _FAR_M)
 
 
 def _from_point_m(model: mujoco.MjModel, data: mujoco.MjData, point: FloatArray, shape: Named) -> float:
     """Return the distance of a point from the surface of geoms, negative inside [m].
 
     MuJoCo measures distances only between geoms, so another geom is temporarily turned into a small sphere at the
-    point. Model and data are restored afterwards.
+    point. Model and data are restored afterwards. Inside a height field the depth is measured along its z axis.
 
     Raises:
         UserError: The model has no other geom.
     """
+    fields = (geom for geom in shape.geoms if model.geom_type[geom] == _HEIGHT_FIELD)
+    if (depth_m := max((_depth_m(model, data, point, field) for field in fields), default=-1.0)) >= 0:
+        return -depth_m
     lent = next((geom for geom in range(model.ngeom) if geom not in shape.geoms), None)
     if lent is None:
         raise UserError(f'cannot measure from a site to "{shape.name}": nothing else in the model has a shape')
@@ -100,3 +126,9 @@ def _from_point_m(model: mujoco.MjModel, data: mujoco.MjData, point: FloatArray,
         )
     finally:
         model.geom_type[lent], model.geom_size[lent], data.geom_xpos[lent] = kept
+
+
+def _depth_m(model: mujoco.MjModel, data: mujoco.MjData, point: FloatArray, field: int) -> float:
+    """Return how far a point is below the surface of a height field, along the field's z axis; -1 above it [m]."""
+    up = np.ascontiguousarray(data.geom_xmat[field].reshape(3, 3)[:, 2])
+    return float(mujoco.mj_rayHfield(model, data, field, point, up, None))

@@ -15,6 +15,7 @@ from aidsr.learn.episodes.batch import Episodes, StepResult
 from aidsr.learn.episodes.rollout import EpisodeOutcomes
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.mjcf.names import ROBOT_PREFIX
+from aidsr.sim.contact_forces import contact_bodies, contact_name
 from aidsr.sim.divergence import body_speeds
 from aidsr.tasks import Feature, GoalTask, Task, Variation, apply_to_simulation
 from aidsr.tools.distances import distance_m, find_pairs
@@ -196,18 +197,18 @@ class Recorder:
         now: dict[str, dict[str, float]] = {}
         itself: set[str] = set()
         for index in range(data.ncon):
-            geoms = [int(geom) for geom in data.contact.geom[index]]
-            mine = [geom for geom in geoms if self._robot[model.geom_bodyid[geom]]]
+            contact = data.contact[index]
+            bodies = contact_bodies(model, contact)
+            mine = [body for body in bodies if self._robot[body]]
             mujoco.mj_contactForce(model, data, index, force)
             if force[0] < TOUCH_N or not mine:
                 continue
             if len(mine) == 2:
-                parts = sorted(self._names[model.geom_bodyid[geom]].removeprefix(ROBOT_PREFIX) for geom in mine)
+                parts = sorted(self._names[body].removeprefix(ROBOT_PREFIX) for body in mine)
                 itself.add(" with ".join(parts))
                 continue
-            (other,) = (geom for geom in geoms if geom not in mine)
-            name = self._label(other)
-            body = self._names[model.geom_bodyid[mine[0]]].removeprefix(ROBOT_PREFIX)
+            name = contact_name(model, contact, int(self._robot[bodies[0]]))
+            body = self._names[mine[0]].removeprefix(ROBOT_PREFIX)
             forces = now.setdefault(name, {})
             forces[body] = forces.get(body, 0.0) + float(force[0])
         for name, forces in now.items():
@@ -219,18 +220,11 @@ class Recorder:
         """Return the depths of overlap with the robot, by the name of the environment's geom [m]."""
         found: dict[str, float] = {}
         for contact in self._data.contact[: self._data.ncon]:
-            own, other = sorted((int(geom) for geom in contact.geom), key=lambda geom: not self._is_robot(geom))
-            if self._is_robot(own) and not self._is_robot(other) and -contact.dist > _INSIDE_M:
-                name = self._label(other)
+            first, second = (bool(self._robot[body]) for body in contact_bodies(self._model, contact))
+            if first != second and -contact.dist > _INSIDE_M:
+                name = contact_name(self._model, contact, int(first))
                 found[name] = max(found.get(name, 0.0), -float(contact.dist))
         return found
-
-    def _is_robot(self, geom: int) -> bool:
-        return bool(self._robot[self._model.geom_bodyid[geom]])
-
-    def _label(self, geom: int) -> str:
-        """Return the name of a geom, or of its body if it has none."""
-        return str(self._model.geom(geom).name) or self._names[self._model.geom_bodyid[geom]]
 
     def _distances(self) -> tuple[Distance, ...]:
         found = []

@@ -14,6 +14,7 @@ from aidsr.mjcf.compile import compile_mjcf, load_mjcf
 from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.sim.actuator_force import output_of
 from aidsr.sim.command import exerted
+from aidsr.sim.contact_forces import contact_bodies, contact_name
 from aidsr.sim.drive import Drive, neutral_ctrl, read_drives, set_act
 from aidsr.sim.functional_part import find_functional_part
 from aidsr.sim.structure import Structure, name_of, read_structure
@@ -119,22 +120,20 @@ class Resting:
         """Return the contacts of the robot, largest force first: descriptions by the names of both parts."""
         force, found = np.zeros(6), dict[tuple[str, str], float]()
         for index in range(self.data.ncon):
-            geoms = sorted(map(int, self.data.contact.geom[index]), key=lambda geom: not self._is_robots(geom))
+            contact = self.data.contact[index]
+            robots = [body in self.structure.bodies for body in contact_bodies(self.model, contact)]
             mujoco.mj_contactForce(self.model, self.data, index, force)
-            if self._is_robots(geoms[0]) and force[0] >= TOUCH_N:
-                own, other = (self._part(geom) for geom in geoms)
-                pair = (min(own, other), max(own, other)) if self._is_robots(geoms[1]) else (own, other)
+            if any(robots) and force[0] >= TOUCH_N:
+                own, other = (self._part(contact, side) for side in ((0, 1) if robots[0] else (1, 0)))
+                pair = (min(own, other), max(own, other)) if all(robots) else (own, other)
                 found[pair] = found.get(pair, 0.0) + float(force[0])
         hardest = sorted(found, key=lambda pair: -found[pair])
         return {pair: f"{pair[1]} with {pair[0]} ({found[pair]:.3g} N)" for pair in hardest}
 
-    def _is_robots(self, geom: int) -> bool:
-        return int(self.model.geom_bodyid[geom]) in self.structure.bodies
-
-    def _part(self, geom: int) -> str:
-        """Return the body's name for a geom of the robot; for another geom its own name, or its body's if unnamed."""
-        body = self.body_name(int(self.model.geom_bodyid[geom]))
-        return body if self._is_robots(geom) else str(self.model.geom(geom).name) or body
+    def _part(self, contact: mujoco.MjContact, side: int) -> str:
+        """Return the body's name for a side of a contact that is the robot's, else the name of the geom or flex."""
+        body = contact_bodies(self.model, contact)[side]
+        return self.body_name(body) if body in self.structure.bodies else contact_name(self.model, contact, side)
 
     def exerts(self, drive: Drive) -> str:
         """Return the absolute value of what an actuator exerts in this state, with its unit: N, or N m of a torque."""

@@ -14,6 +14,7 @@ from aidsr.learn.episodes.batch import Episodes, StepResult
 from aidsr.learn.episodes.rollout import Constant, EpisodeOutcomes, Policy, rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.mjcf.names import ROBOT_PREFIX
+from aidsr.sim.contact_forces import contact_bodies
 from aidsr.sim.divergence import body_speeds
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.sim.geom_distance import geom_distance_m
@@ -277,7 +278,7 @@ class _Recorder:
         """Return the sum of normal forces between robot and targets [N], and the bodies and targets in contact."""
         total_n, bodies, targets, force = 0.0, set[int](), set[str](), np.zeros(6)
         for index in range(self._data.ncon):
-            pair = [int(body) for body in self._model.geom_bodyid[self._data.contact.geom[index]]]
+            pair = contact_bodies(self._model, self._data.contact[index])
             mine = [body for body in pair if self._robot[body]]
             theirs = {self._targets[body] for body in pair if body in self._targets}
             if len(mine) == 1 and theirs:

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from aidsr.core.artifacts import Artifact
-from aidsr.sim.task_sensors import ALL_CONTACTS, TaskSensor
+from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.goals.environment_index import EnvironmentIndex
 from aidsr.tasks.goals.goal_readings import GoalReadings
 from aidsr.tasks.goals.numbers import Positive
@@ -195,7 +195,7 @@ class ForceLimit(Limit):
 
     def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
         """See `Limit`."""
-        return (TaskSensor(name=f"{tag}_contacts", quantity="contacts", target=self.on, slots=ALL_CONTACTS),)
+        return (TaskSensor(name=f"{tag}_contacts", quantity="contacts", target=self.on, slots=8),)
 
     unit: ClassVar = "N"
 

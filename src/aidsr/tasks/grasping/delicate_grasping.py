@@ -7,7 +7,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from aidsr.sim.task_sensors import ALL_CONTACTS
 from aidsr.tasks.grasping.base import LIFT_PROGRESS, RAISED_M, TABLE_M, LiftTask, raised_m
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import excess
@@ -37,10 +36,6 @@ class DelicateGrasping(LiftTask):
     hold_s: ClassVar = 2.0
     unchanged_since: ClassVar = 8
     required_names: ClassVar = ("mount", "table", "carriage", "carriage_lift", "object", "object_free")
-    sensors: ClassVar = tuple(
-        sensor.model_copy(update={"slots": ALL_CONTACTS}) if sensor.name == "grip" else sensor
-        for sensor in LiftTask.sensors
-    )
     features: ClassVar = (
         Feature("functional part to object", "m", (-0.8, 0.8), "object_position, tip_position", size=3),
         Feature("object's velocity", "m/s", (-3, 3), "object_velocity", size=3),

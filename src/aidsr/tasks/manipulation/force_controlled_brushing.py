@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from aidsr.sim.task_sensors import ALL_CONTACTS, TaskSensor
+from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.gentleness import SELDOM, after_touch, is_gentle, untouched
 from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import TOUCH_N, BoolArray, FloatArray, Readings
@@ -49,10 +49,8 @@ class ForceControlledBrushing(Task):
     policy_actuators: ClassVar = ("base_x", "base_z")
     sensors: ClassVar = (
         TaskSensor(name="tip_position", quantity="position"),
-        TaskSensor(
-            name="brush_contacts", quantity="contacts", target="wall", part="functional_part", slots=ALL_CONTACTS
-        ),
-        TaskSensor(name="robot_contacts", quantity="contacts", target="wall", slots=ALL_CONTACTS),
+        TaskSensor(name="brush_contacts", quantity="contacts", target="wall", part="functional_part", slots=4),
+        TaskSensor(name="robot_contacts", quantity="contacts", target="wall", slots=8),
     )
     features: ClassVar = (
         Feature("functional part to the wanted cell", "m", (-0.8, 0.8), "wall_*, tip_position, (state)", size=3),
@@ -123,7 +121,7 @@ class ForceControlledBrushing(Task):
 
     def observe(self, readings: Readings, state: TaskState) -> FloatArray:
         force_n = self._force_n(readings)
-        brushing = [force_n, in_band(force_n), brushed(state).mean(axis=1), steady(state)]
+        brushing = [force_n, self._in_band(readings), brushed(state).mean(axis=1), steady(state)]
         base_m = [readings["base_x_position"], readings["base_z_position"]]
         return np.column_stack(
             [to_wanted_m(readings, state, self.cells_a_side), -readings["wall_back"], *brushing, *base_m]
@@ -136,7 +134,7 @@ class ForceControlledBrushing(Task):
 
     def update_state(self, readings: Readings, state: TaskState) -> TaskState:
         force_n, dt = self._force_n(readings), self.control_dt_s
-        band = in_band(force_n)
+        band = self._in_band(readings)
         touched = cell_of(readings, readings.contacts("brush_contacts").position_m[:, 0], self.cells_a_side)
         cells_s = state["cells_s"].copy()
         in_turn = touched == np.argmin(brushed(state), axis=1)
@@ -163,13 +161,19 @@ class ForceControlledBrushing(Task):
         return readings.all_contacts_n("robot_contacts")
 
     def _force_n(self, readings: Readings) -> FloatArray:
-        """Return the mean force of the functional part on the wall over a control step, (n,) [N]."""
-        return readings.all_contacts_n("brush_contacts", mean_over_s=self.control_dt_s)
+        """Return the mean force of the functional part on the wall over a control step, (n,) [N].
 
+        Contacts beyond the sensor's slots do not count.
+        """
+        return readings.peak_contact_n("brush_contacts", mean_over_s=self.control_dt_s, together=True)
 
-def in_band(force_n: FloatArray) -> BoolArray:
-    """Return whether forces are strong enough to brush and too weak to scratch, (n,)."""
-    return (force_n >= BAND_N[0]) & (force_n <= BAND_N[1])
+    def _in_band(self, readings: Readings) -> BoolArray:
+        """Return whether the functional part presses hard enough to brush and too gently to scratch, (n,).
+
+        With more contacts than slots the force is known between two bounds, and both must be in the band.
+        """
+        most_n = readings.all_contacts_n("brush_contacts", mean_over_s=self.control_dt_s)
+        return (self._force_n(readings) >= BAND_N[0]) & (most_n <= BAND_N[1])
 
 
 def brushed(state: TaskState) -> BoolArray:
