@@ -119,7 +119,7 @@ def test_the_page_says_what_happened(page) -> None:
         "chatter was seen",
         "Too short.",
         "by <zero>",
-        "mechanical repairs 2",
+        "automatic fixes 2",
         "Repaired by code: <robot>: renamed",
     ):
         assert said in page.words, said

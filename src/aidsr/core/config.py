@@ -158,8 +158,8 @@ class RunConfig(Artifact):
         Field(
             ge=0,
             le=100,
-            title="Maximum repairs per design",
-            description="Maximum number of repairs after the first iteration, per concept and round.",
+            title="Maximum iterations after the first",
+            description="Maximum number of iterations after the first, per concept and round.",
         ),
     ] = 8
     """Source: AID-SR, eight iterations."""

@@ -140,8 +140,8 @@ def format_share(share: float) -> str:
 
 
 def format_repairs(counts: Mapping[str, int]) -> str:
-    """Return the number of mechanical repairs and their kinds."""
-    return f"{counted(sum(counts.values()), 'mechanical repair')}: {', '.join(counts)}"
+    """Return the number of automatic fixes and their kinds."""
+    return f"{counted(sum(counts.values()), 'automatic fix')}: {', '.join(counts)}"
 
 
 def format_fault(fault: Fault) -> str:

@@ -59,17 +59,17 @@ class IterationFolder:
 
     @property
     def robot(self) -> MjcfFile[Robot]:
-        """The robot after mechanical repairs; in iterations in which the Coder wrote or changed it."""
+        """The robot after automatic fixes; in iterations in which the Coder wrote or changed it."""
         return MjcfFile(self.path, "robot", Robot)
 
     @property
     def robot_as_written(self) -> BytesFile:
-        """The Coder's MJCF, where mechanical repairs changed it."""
+        """The Coder's MJCF, where automatic fixes changed it."""
         return BytesFile(self.path / "robot_as_written.xml")
 
     @property
     def repairs(self) -> JsonFile[Repairs]:
-        """The mechanical repairs, where any were made."""
+        """The automatic fixes, where any were made."""
         return JsonFile(self.path / "repairs.json", Repairs)
 
     @property

@@ -43,7 +43,7 @@ class DesignStatus(Artifact):
     """Number of the current iteration: the one that waits for a person's decision, else the one that the outcome names,
     else the newest one; 0 before the first."""
     mechanical_repairs: int
-    """Number of mechanical repairs by code in all iterations; they cost neither a call nor an iteration."""
+    """Number of automatic fixes by code in all iterations; they cost neither a call nor an iteration."""
     round: int
     """1 plus the number of refinements that a person requested."""
     doing: str

@@ -67,7 +67,7 @@ class _Row:
     number: int
     made: str
     repairs: tuple[str, ...]
-    """Notes on mechanical repairs, one sentence each."""
+    """Notes on automatic fixes, one sentence each."""
     robot: str
     scene: str
     judge: str

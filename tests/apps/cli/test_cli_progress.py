@@ -145,7 +145,7 @@ def test_a_run_is_reported_in_lines(tmp_path, capsys) -> None:
         "not a language model",
         "concepts: concept 1; concept 2",
         "design 2  iteration 1  robot: 1 fault: chatter",
-        "design 1  iteration 1  1 mechanical repair: misspelt_attributes",
+        "design 1  iteration 1  1 automatic fix: misspelt_attributes",
         "design 1  iteration 1  Judge: passed",
         "design 1  approved",
         "design 2  invalid: Faults remain after 1 attempt: chatter: chatter was seen.",

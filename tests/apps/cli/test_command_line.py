@@ -239,7 +239,7 @@ def test_show_prints_layout_status_and_files(tmp_path, monkeypatch, capsys) -> N
     said = capsys.readouterr().out
     assert all(word in said for word in ("approved", "stopped", "no answer from x", "aidsr resume", "final.xml"))
     titles = next(line for line in said.splitlines() if line.startswith("design "))
-    assert titles.split() == ["design", "concept", "state", "iterations", "repairs", "tokens", "cost", "time"]
+    assert titles.split() == ["design", "concept", "state", "iterations", "fixes", "tokens", "cost", "time"]
     assert run.asked().objective in said
     assert "probe" not in said
     won = EpisodeResult(variation=0, ended="succeeded", progress=1, best_progress=1, time_s=1, reward=1)

@@ -54,7 +54,7 @@ def test_nothing_is_cut_at_any_width(width: int) -> None:
 
 def test_a_wide_terminal_gets_a_table() -> None:
     header, first, *_ = printed(140)
-    assert header.split() == ["design", "concept", "state", "iterations", "repairs", "tokens", "cost", "time"]
+    assert header.split() == ["design", "concept", "state", "iterations", "fixes", "tokens", "cost", "time"]
     assert first.startswith("1 ")
 
 

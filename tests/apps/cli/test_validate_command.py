@@ -96,11 +96,11 @@ def test_repairs_are_made_on_request_and_told(files: Path, capsys: pytest.Captur
     assert run("slip.xml") == 1
     assert run("slip.xml", "--repair", "mended.xml") == 0
     said = capsys.readouterr().out
-    assert "1 mechanical repair, written to mended.xml:\n- <joint> 'j0x' in line 1: wrote stiffness" in said
+    assert "1 automatic fix, written to mended.xml:\n- <joint> 'j0x' in line 1: wrote stiffness" in said
     assert Path("slip.xml").read_text() == SLIP
     assert run("mended.xml") == 0
     assert run("good.xml", "--repair", "same.xml") == 0
-    assert "nothing to repair" in capsys.readouterr().out
+    assert "nothing to fix" in capsys.readouterr().out
     assert Path("same.xml").read_bytes() == Path("good.xml").read_bytes()
 
 

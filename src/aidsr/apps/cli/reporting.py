@@ -136,7 +136,7 @@ def _facts(design: DesignStatus) -> dict[str, str]:
     return {
         "state": f"[{_COLOR.get(state, 'cyan')}]{state}[/]",
         "iterations": str(design.iteration),
-        "repairs": str(design.mechanical_repairs),
+        "fixes": str(design.mechanical_repairs),
         "tokens": format_tokens(design.usage),
         "cost": format_cost(design.usage),
         "time": format_duration(design.latency_s),

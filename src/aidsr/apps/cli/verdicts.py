@@ -63,8 +63,8 @@ def _account(report: FileReport, faults: tuple[Fault, ...], max_bytes: int = 160
 def _format_repairs(report: FileReport, place: Path) -> str:
     repairs = report.repairs
     if repairs is None or not repairs.total:
-        return f"nothing to repair; the text was written to {place} unchanged"
-    changes = counted(repairs.total, "mechanical repair")
+        return f"nothing to fix; the text was written to {place} unchanged"
+    changes = counted(repairs.total, "automatic fix")
     return "\n".join([f"{changes}, written to {place}:", *(f"- {note}" for note in repairs.notes)])
 
 

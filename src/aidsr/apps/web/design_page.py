@@ -164,7 +164,7 @@ def _head(facts: tuple[DesignView, str, int]) -> None:
             fact("time", format_duration(status.latency_s))
             usage_facts(status.usage)
             if status.mechanical_repairs:
-                fact("mechanical repairs", str(status.mechanical_repairs))
+                fact("automatic fixes", str(status.mechanical_repairs))
         if status.outcome:
             notice(status.outcome.reason, "good" if status.outcome.outcome == "approved" else "bad")
         elif status.stopped:

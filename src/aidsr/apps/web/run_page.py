@@ -277,7 +277,7 @@ def _column(facts: tuple[str, Shown, DesignView]) -> None:
             fact("time", format_duration(status.latency_s))
             usage_facts(status.usage)
             if status.mechanical_repairs:
-                fact("mechanical repairs", str(status.mechanical_repairs))
+                fact("automatic fixes", str(status.mechanical_repairs))
 
 
 def _doing(shown: Shown, design: DesignView) -> None:
