@@ -243,10 +243,9 @@ class Workspace:
             environment = brief.environment if brief else ""
             return MeasuredScene(mjcf=mjcf, environment=environment, mount=test.mount_for(brief))
         record = self.record(name)
-        if is_own(record.task):
-            task, goal = "", self._goal(record.task)
-        else:
-            task, goal = record.task, self.job.goal if self.job else record.goal  # a run may have been moved
+        task, goal = record.task, self.job.goal if self.job else record.goal  # a run may have been moved
+        if is_own(task):
+            task, goal = "", self._goal(task)
         return MeasuredScene(mjcf=mjcf, task=task, level=record.level, goal=goal, groups=record.groups)
 
     def record(self, name: str) -> SceneRecord:
