@@ -284,7 +284,7 @@ def trained(row: Row, folder: DesignFolder, home: Path, asked: Asked) -> Row:
             "penalized_share": None if verdict.penalized_share is None else round(verdict.penalized_share, 4),
             "failed_checks": tuple(check.name for check in verdict.checks if not check.passed),
             "script": found.script,
-            "motion": FinishedTraining.load(home).config.plays_the_motion,
+            "motion": Training(home).plays_the_motion,
             "benchmark_version": BENCHMARK_VERSION,
             "steps": training.steps,
             "most_steps": asked.steps,
