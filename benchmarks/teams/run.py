@@ -262,7 +262,8 @@ def row_of(run: Run, folder: DesignFolder, asked: Asked) -> Row:
 def trained(row: Row, folder: DesignFolder, home: Path, asked: Asked) -> Row:
     """Train a design in a folder, evaluate its policy, and return its row with these results."""
     found = find_scene(folder)
-    recipe = recipe_of("best", script=found.script)
+    script = found.script or row.script  # a transcript does not hold it
+    recipe = recipe_of("best", script=script)
     training = train(found.for_learning("auto"), home, steps=asked.steps, recipe=recipe, threads=1)
     verdict = Training(home).evaluation.read() or evaluate_training(
         home, episodes=FIRST_EPISODES, threads=1, videos=False, perturbed="successful" if asked.perturbed else False
@@ -283,7 +284,7 @@ def trained(row: Row, folder: DesignFolder, home: Path, asked: Asked) -> Row:
             "kept_perturbed": _kept(verdict) if successful else None,
             "penalized_share": None if verdict.penalized_share is None else round(verdict.penalized_share, 4),
             "failed_checks": tuple(check.name for check in verdict.checks if not check.passed),
-            "script": found.script,
+            "script": script,
             "motion": Training(home).plays_the_motion,
             "benchmark_version": BENCHMARK_VERSION,
             "steps": training.steps,
