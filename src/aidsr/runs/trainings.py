@@ -186,13 +186,16 @@ def verdicts_of(design: DesignFolder) -> tuple[Evaluation, ...]:
 
 
 def other_job(training: Training) -> str:
-    """Return the task or goal of a training in words if its run is for another one, otherwise ""."""
+    """Return the task or goal of a training in words if its run is for another one, otherwise "".
+
+    Of a training whose settings name neither, nothing is known to differ.
+    """
     config, home = training.config.read() or {}, training.path.absolute().parents[3:4]
     run = Run(home[0]) if home else None
     record = run.record.read() if run else None
-    if run is None or record is None:
-        return ""
     goal, task, level = config.get("goal"), config.get("task", ""), config.get("level", "")
+    if run is None or record is None or not (goal or task):
+        return ""
     wanted = run.goal.read()
     if goal and (record.task or wanted is not None):
         same = wanted is not None and _is_goal(goal, wanted.decode(errors="replace"), training.path / "scene.xml")

@@ -22,6 +22,7 @@ from aidsr.core.formatting import counted, format_cost, format_duration, format_
 from aidsr.learn.episodes.policy_checks import EvaluationPoint
 from aidsr.learn.rl.callbacks import CurvePoint
 from aidsr.learn.rl.recipe import PROTOCOLS, recipe_of
+from aidsr.loop import runner
 from aidsr.loop.human import DecisionFile
 from aidsr.loop.runner import run_designs
 from aidsr.runs import Library, read_status
@@ -182,7 +183,7 @@ def test_an_interrupted_design_with_training_says_how_to_train(tmp_path, capsys,
     def interrupted(self, *_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("aidsr.loop.runner._Runner.run_all", interrupted)
+    monkeypatch.setattr(runner._Runner, "run_all", interrupted)
     place = str(tmp_path / "my runs")
     with pytest.raises(SystemExit) as ended:
         main(["design", "--task", "button_pushing", "--train", "--steps", "100", "--seeds", "2", "--runs", place])

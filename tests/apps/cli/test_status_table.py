@@ -69,5 +69,5 @@ def test_a_free_run_takes_two_lines_a_design_at_80_columns() -> None:
     _print_designs(Console(file=file, width=80, highlight=False), (free,))
     assert [line.rstrip() for line in file.getvalue().splitlines()] == [
         "design 1: Two-section arm with a hook, 256 mm: out_of_budget",
-        "  iterations: 3; repairs: 2; tokens: none; cost: $0; time: 12 min 30 s",
+        "  iterations: 3; fixes: 2; tokens: none; cost: $0; time: 12 min 30 s",
     ]

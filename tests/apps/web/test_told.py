@@ -11,6 +11,7 @@ from made import made_run, made_training
 from nicegui.testing import User
 from test_pages import at_work, shown, visiting
 
+from aidsr import api
 from aidsr.apps.web.compare_page import _Compared
 from aidsr.apps.web.comparison import comparison_column
 from aidsr.apps.web.measure_form import goal_file
@@ -107,7 +108,7 @@ async def test_a_training_that_was_stopped_elsewhere_is_not_continued_by_an_olde
 
 def test_a_probe_is_not_replayed_under_another_goal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = SimpleNamespace(task=SimpleNamespace(name="touch the gong"), scene="<mujoco/>")
-    monkeypatch.setattr("aidsr.api.find_scene", lambda *_, **__: found)
+    monkeypatch.setattr(api, "find_scene", lambda *_, **__: found)
     site = Site.at(tmp_path / "runs")
     run = made_run(site.library.path, designs=1, task="", objective="Ring the bell.")
     won = EpisodeResult(variation=0, ended="succeeded", progress=1, best_progress=1, time_s=1, reward=1)

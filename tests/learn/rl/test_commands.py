@@ -123,15 +123,17 @@ def test_seeds_become_numbered_trainings_with_a_verdict_each(tmp_path, capsys, m
         assert not Evaluation.model_validate_json((folder / "evaluation.json").read_text()).successful
         assert str(folder) in told
     assert "0% (0 of 100; 0% to 4%)" in told
-    again = ("evaluate", out / "002", "--no-videos", "--json", "--threads", "1", "--episodes", "21")
-    assert run_main(*again) == 1
+    again = ("evaluate", out / "002", "--no-videos", "--json", "--threads", "1", "--episodes")
+    assert run_main(*again, "21") == 2  # the verdict that is there says more
+    assert "100" in capsys.readouterr().err
+    assert run_main(*again, "101") == 1
     verdict = Evaluation.model_validate_json(capsys.readouterr().out)
-    assert (verdict.task, len(verdict.episodes)) == ("grasping/dynamic_catching", 21)
+    assert (verdict.task, len(verdict.episodes)) == ("grasping/dynamic_catching", 101)
     win(out / "001")
     assert run_main(*words) == 0
     won = Evaluation.model_validate_json((out / "001" / "evaluation.json").read_text())
     monkeypatch.setattr(isolated_learning, "run_evaluation", lambda *_, **__: won)
-    assert run_main(*again) == 0
+    assert run_main(*again, "101") == 0
 
 
 def test_what_is_asked_of_a_training_and_what_its_design_says_are_kept_with_it(design, capsys):

@@ -22,7 +22,7 @@ from stable_baselines3 import SAC
 from aidsr.core.errors import UserError
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import rollout
-from aidsr.learn.rl import training
+from aidsr.learn.rl import recipe, training
 from aidsr.learn.rl.callbacks import History
 from aidsr.learn.rl.fused_adam import FusedAdam
 from aidsr.learn.rl.policy import Normalisation, TrainedPolicy, without_critics
@@ -301,7 +301,7 @@ def winning(count, episodes):
 )
 def test_a_hopeless_training_ends_where_that_is_asked_for(tmp_path, monkeypatch, asked, least, stops):
     """Unless its budget is too small to tell."""
-    monkeypatch.setattr("aidsr.learn.rl.recipe.LEAST_TELLING", least)
+    monkeypatch.setattr(recipe, "LEAST_TELLING", least)
     monkeypatch.setattr(History, "count", winning(History.count, 0))
     result = trained(tmp_path, recipe=SMALL.model_copy(update={"stop_hopeless": asked}))
     assert result.stopped == ("hopeless" if stops else "budget")
@@ -310,7 +310,7 @@ def test_a_hopeless_training_ends_where_that_is_asked_for(tmp_path, monkeypatch,
 
 
 def test_a_training_that_has_won_is_not_hopeless(tmp_path, monkeypatch):
-    monkeypatch.setattr("aidsr.learn.rl.recipe.LEAST_TELLING", 0)
+    monkeypatch.setattr(recipe, "LEAST_TELLING", 0)
     monkeypatch.setattr(History, "count", winning(History.count, 1))
     assert trained(tmp_path, recipe=SMALL.model_copy(update={"stop_hopeless": True})).stopped == "budget"
 
