@@ -369,9 +369,10 @@ def test_what_a_person_asks_for_keeps_the_interpretation(monkeypatch):
     assert without_rank(refused) == without_rank(designer._rank(brief, 1)[1])
 
 
-def test_a_resumed_run_says_which_of_the_bodies_it_ranks_again_was_refused(tmp_path, monkeypatch):
+def run_of_hopeless_bodies(tmp_path, monkeypatch, *progress):
+    """Return a run for a goal of three bodies that win nothing, which the Judge sees make this progress in turn."""
     hopeless(monkeypatch, 3)
-    judged = iter((0.2, 0.8, 0.4))
+    judged = iter(progress)
     monkeypatch.setattr(
         judge, "fit", lambda *_, **__: trial.Fit(progress=next(judged), success=False, reached="there", why="")
     )
@@ -380,7 +381,11 @@ def test_a_resumed_run_says_which_of_the_bodies_it_ranks_again_was_refused(tmp_p
         (tmp_path / name).write_text(text)
     own = make_brief("Ring it", environment=tmp_path / "bell.xml", goal=tmp_path / "bell.toml")
     config = RunConfig(model="builtin", concepts=1, iterations=1)
-    run = create_run(own, config, runs=tmp_path / "runs", goal=tmp_path / "bell.toml")
+    return create_run(own, config, runs=tmp_path / "runs", goal=tmp_path / "bell.toml")
+
+
+def test_a_resumed_run_says_which_of_the_bodies_it_ranks_again_was_refused(tmp_path, monkeypatch):
+    run = run_of_hopeless_bodies(tmp_path, monkeypatch, 0.2, 0.8, 0.4)
 
     def stop(_changes):
         raise UserError("the first body was refused")
@@ -412,17 +417,7 @@ def test_a_body_that_is_tried_again_keeps_its_number(monkeypatch):
 
 
 def test_a_design_that_uses_up_its_iterations_is_reported_by_its_best_body(tmp_path, monkeypatch):
-    hopeless(monkeypatch, 3)
-    judged = iter((0.8, 0.2))
-    monkeypatch.setattr(
-        judge, "fit", lambda *_, **__: trial.Fit(progress=next(judged), success=False, reached="there", why="")
-    )
-    example = examples()["bell"]
-    for name, text in (("bell.xml", example.environment), ("bell.toml", example.goal)):
-        (tmp_path / name).write_text(text)
-    own = make_brief("Ring it", environment=tmp_path / "bell.xml", goal=tmp_path / "bell.toml")
-    config = RunConfig(model="builtin", concepts=1, iterations=1)
-    run = create_run(own, config, runs=tmp_path / "runs", goal=tmp_path / "bell.toml")
+    run = run_of_hopeless_bodies(tmp_path, monkeypatch, 0.8, 0.2)
     run_designs(run, parts_of(run))
     outcome = run.design(1).outcome.read()
     assert (outcome.outcome, outcome.iteration) == ("invalid", 1)
