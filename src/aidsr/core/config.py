@@ -34,7 +34,8 @@ PROMISING_SHARE = 0.3
 """Smallest share of successes of a short training that lets a scene pass.
 
 Our choice, by the learning curves of benchmarks/learning: after 30,000 steps the scenes whose training ends below 50 %
-had at most 20 %, those whose training ends above it at least 40 %.
+had at most 20 %, those whose training ends above it at least 40 %. How well it tells other designs is measured in
+benchmarks/trial.
 """
 
 STUDY_ONLY = "study only"

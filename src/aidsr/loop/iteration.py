@@ -141,7 +141,7 @@ class Iteration:
         return replace(draft, robot_report=None), robot
 
     def _fixed(self, written: Robot) -> Robot:
-        """Return the Coder's robot after automatic fixes; the repairs and the original are stored beside it."""
+        """Return the Coder's robot after automatic fixes; the fixes and the original are stored beside it."""
         actuators = (name for group in written.actuator_groups for name in group.actuators)
         fixed = self.parts.repair(written.mjcf, kept_names={written.functional_part, *actuators})
         if not fixed.total:
