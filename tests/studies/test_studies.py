@@ -29,7 +29,7 @@ from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
 from aidsr.learn.openloop import probe
 from aidsr.learn.rl.recipe import Recipe, recipe_of
-from aidsr.studies import runner
+from aidsr.studies import jobs, runner
 from aidsr.studies.arms import make_plan
 from aidsr.studies.estimate import estimate_study
 from aidsr.studies.gallery import gallery
@@ -195,8 +195,8 @@ def test_a_job_trains_by_the_plans_protocol_and_perturbs_what_succeeds(
     study = create_study(tmp_path / "s", plan(seeds=1, protocol=protocol, perturbed=True))
     for stage in ("design", "verify"):
         run_job(study.path, next(job for job in pending(study) if (job.stage, job.cell.arm) == (stage, "rules")))
-    monkeypatch.setattr("aidsr.studies.jobs.train_policy", trains)
-    monkeypatch.setattr("aidsr.studies.jobs.evaluate", evaluates)
+    monkeypatch.setattr(jobs, "train_policy", trains)
+    monkeypatch.setattr(jobs, "evaluate", evaluates)
     training = next(job for job in pending(study) if job.stage == "train")
     run_job(study.path, training)
     assert asked == {"algorithm": algorithm, "perturbed": "successful"}

@@ -12,7 +12,7 @@ from tests.tools.test_statics import limb
 from aidsr.core.artifacts import Brief, ValidationReport
 from aidsr.core.errors import AidsrError, UserError
 from aidsr.sim.environment_summary import summarize_environment
-from aidsr.tools import OWNER_TOOLS, TOOLS, Job, Workspace, tools_table
+from aidsr.tools import OWNER_TOOLS, TOOLS, Job, Workspace, building, tools_table
 from aidsr.validation import validate
 
 ENVIRONMENT = """
@@ -101,7 +101,7 @@ def test_a_robot_is_tested_and_measured_as_it_was_validated(tmp_path: Path, monk
         tests.append(settings)
         return validate(mjcf, **settings)
 
-    monkeypatch.setattr("aidsr.tools.building.validate_mjcf", recorded)
+    monkeypatch.setattr(building, "validate_mjcf", recorded)
     work = Workspace(tmp_path)
     settings = {"mount": "free", "realizable": True, "task": "simple_grasping"}
     call(work, "validate", mjcf=small_arm(), functional_part="tip", **settings)

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import pytest
 from made import made_run
 
+from aidsr.apps.web import processes
 from aidsr.apps.web.processes import Processes
 from aidsr.apps.web.site import Site
 from aidsr.core.errors import UserError
@@ -131,8 +132,8 @@ def test_whether_a_process_runs_is_asked_on_windows_without_a_signal(
         GetExitCodeProcess=exit_code,
         CloseHandle=lambda _process: 1,
     )
-    monkeypatch.setattr("aidsr.apps.web.processes.sys", SimpleNamespace(platform="win32"))
-    monkeypatch.setattr("aidsr.apps.web.processes.at_work", lambda _path: None)
+    monkeypatch.setattr(processes, "sys", SimpleNamespace(platform="win32"))
+    monkeypatch.setattr(processes, "at_work", lambda _path: None)
     monkeypatch.setattr(ctypes, "windll", SimpleNamespace(kernel32=system), raising=False)
     monkeypatch.setattr(os, "kill", lambda *_: pytest.fail("a signal was sent"))
     for pid, alive in ((7, True), (8, False)):
