@@ -74,7 +74,8 @@ incline also gets the rule on its start that the other courses have, which no re
 
 Version 8 changes force_controlled_brushing and delicate_grasping: the force of all contacts together is that of all
 contacts. Only the strongest 4 and 8 had counted, so a brush of four flat blocks pressed with 3.9 N and was read as
-pressing with 0.98 N, within the band.
+pressing with 0.98 N, within the band. In dynamic_catching, the check of energy counts the work of the throw, which it
+had taken for energy from nowhere; that accepts more, so earlier valid results count.
 """
 
 Level = Literal["standard", "hard"]

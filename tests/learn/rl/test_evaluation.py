@@ -47,6 +47,7 @@ from aidsr.runs.trainings import Training
 from aidsr.sim.deactivate import without_cables
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import BENCHMARK_VERSION, Change, Variation, apply_to_simulation, goal_task, load_task, parse_goal
+from aidsr.tasks.grasping.dynamic_catching import BALL_KG
 from scenes import Always, Breaking, QuickPushing, builtin_scene, small_learning, small_scene
 
 evaluate = partial(evaluation.evaluate, episodes=20)
@@ -573,6 +574,14 @@ def test_a_picture_of_an_episode_shows_a_target_in_the_world_where_it_was_put():
     variation = task.variation("held_out", 0)
     shown = mujoco.MjModel.from_xml_string(varied_mjcf(room, variation))
     assert shown.site("spot").pos == pytest.approx(variation.changes[0].value, abs=1e-6)
+
+
+def test_what_the_environment_throws_gains_no_energy_that_nobody_paid_for():
+    scene = TaskScene.of(builtin_scene("dynamic_catching"), "dynamic_catching")
+    rolled = rollout_with_stats(scene, STILL, range(4), threads=1)
+    speeds_m_s = np.array([np.linalg.norm(variation.parameters["throw_m_s"]) for variation in rolled.variations])
+    thrown_j = BALL_KG / 2 * speeds_m_s**2
+    assert (rolled.stats.energy_gain_j < 0.1 * thrown_j).all()
 
 
 def test_motion_is_measured_from_the_root_of_a_held_robot():

@@ -9,13 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.learn.episodes.batch import Episodes, StepResult
+from aidsr.sim.actuator_force import output_of
 from aidsr.sim.motion_limits import OVERRUN_DEG
 from aidsr.tasks.readings import FloatArray
 
-RECORDED = ("energy", "actuator_force", "actuator_length", "qfrc_gravcomp", "qvel")
+RECORDED = ("energy", "actuator_force", "actuator_length", "actuator_velocity", "qfrc_gravcomp", "qvel")
 """Fields of MjData that a `StatsRecorder` needs from every physics step; the model must have energy enabled."""
 
 Ids = NDArray[np.intp]
+_AT_JOINT = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
+_AT_SITE, _AT_BODY = int(mujoco.mjtTrn.mjTRN_SITE), int(mujoco.mjtTrn.mjTRN_BODY)
 
 OVER_RAD = float(np.deg2rad(OVERRUN_DEG))
 OVER_LENGTHS = 0.05
@@ -109,11 +112,12 @@ class _Motion:
 class _Energy:
     """Rise of the scene's energy beyond what the actuators supplied.
 
-    Between two physics steps, an actuator does the work of its force over the change of its length, and gravity
-    compensation does the work of its forces over the change of the joints; damping, friction and contacts only remove
-    energy. Springs are part of MuJoCo's potential energy. Soft contacts and limits return energy stored in them, so a
-    rise within a share of the robot's own work is allowed (see `plausibility`). A heavy stage moved by the environment
-    does many times as much work: its work counts as supplied, but does not increase what is allowed.
+    Between two physics steps, an actuator does the work of its force over the change of its length, or, if it has none
+    (`_has_length`), over its mean velocity times the time step. Gravity compensation does the work of its forces over
+    the change of the joints; damping, friction and contacts only remove energy. Springs are part of MuJoCo's potential
+    energy. Soft contacts and limits return energy stored in them, so a rise within a share of the robot's own work is
+    allowed (see `plausibility`). A heavy stage moved by the environment does many times as much work: its work counts
+    as supplied, but does not increase what is allowed.
 
     Source: MuJoCo documentation, Computation, "Energy"; the balance is the first law of mechanics.
     """
@@ -122,14 +126,19 @@ class _Energy:
         n, model = episodes.n, episodes.model
         self._timestep_s = float(model.opt.timestep)
         self._own = list(episodes.structure.actuators)
+        self._without_length = [output_of(model, one) for one in range(model.nu) if not _has_length(model, one)]
         self.gain_j, self.work_j = np.zeros(n), np.zeros(n)
         self._paid_j, self._lowest_j = np.zeros(n), np.full(n, np.inf)
-        self._force, self._length = np.zeros((n, model.nactuator)), np.full((n, model.nactuator), np.nan)
+        self._force, self._velocity = np.zeros((n, model.nactuator)), np.zeros((n, model.nactuator))
+        self._length = np.full((n, model.nactuator), np.nan)
 
     def update(self, ids: Ids, recorded: dict[str, FloatArray]) -> None:
-        force, length = recorded["actuator_force"], recorded["actuator_length"]
+        force, length, velocity = (recorded[f"actuator_{name}"] for name in ("force", "length", "velocity"))
         before = np.where(np.isnan(self._length[ids]), length[:, 0], self._length[ids])
         stretched = np.diff(length, axis=1, prepend=before[:, None])
+        slower = np.concatenate([self._velocity[ids][:, None], velocity[:, :-1]], axis=1)
+        way = (slower + velocity) / 2 * self._timestep_s
+        stretched[..., self._without_length] = way[..., self._without_length]
         pulled = np.concatenate([self._force[ids][:, None], force[:, :-1]], axis=1)
         work_j = pulled * stretched
         lifted_j = (recorded["qfrc_gravcomp"] * recorded["qvel"]).sum(axis=2) * self._timestep_s
@@ -142,7 +151,20 @@ class _Energy:
         self.work_j[ids] += np.abs(work_j[..., self._own].sum(axis=2)).sum(axis=1)
         self._paid_j[ids] += work_j.sum(axis=(1, 2)) + lifted_j.sum(axis=1)
         self._lowest_j[ids] = lowest_j[:, -1]
-        self._force[ids], self._length[ids] = force[:, -1], length[:, -1]
+        self._force[ids], self._length[ids], self._velocity[ids] = force[:, -1], length[:, -1], velocity[:, -1]
+
+
+def _has_length(model: mujoco.MjModel, actuator: int) -> bool:
+    """Return whether MuJoCo gives an actuator a length.
+
+    It is 0 throughout for an actuator at a free joint, at a body, or at a site without a reference site.
+
+    Source: MuJoCo documentation, XML Reference, actuator/general, attributes joint, site, and refsite.
+    """
+    kind, (target, reference) = int(model.actuator_trntype[actuator]), model.actuator_trnid[actuator].tolist()
+    if kind in _AT_JOINT:
+        return bool(model.jnt_type[target] != int(mujoco.mjtJoint.mjJNT_FREE))
+    return kind != _AT_BODY and not (kind == _AT_SITE and reference < 0)
 
 
 class _Limits:
