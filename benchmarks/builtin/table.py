@@ -8,7 +8,7 @@ sample) and for the 4 that came later (out of sample). The command runs a study 
 run: the n-th design of a task is the first concept of seed n - 1. Every task gets its first design before any task gets
 its second, so a table that is stopped early is still useful. Raw outcomes are written to results-version8.jsonl beside
 this file and the table made from them to results-version8.md, or to files of another name (`--out mine`). The same
-command continues a stopped study, on this machine or another one: a design whose outcome is in the .jsonl is not
+command continues a stopped study, on this machine or another one: a policy whose outcome is in the .jsonl is not
 trained again. To train everything yourself, name files that do not exist yet.
 
 `--seeds 3` trains three policies per design; a design then counts as valid or successful if most of its policies do.
@@ -40,6 +40,7 @@ from aidsr.learn.rl.policy import without_critics
 from aidsr.learn.rl.recipe import PROTOCOLS, Recipe
 from aidsr.learn.rl.training_folder import TrainingFolder
 from aidsr.runs.files import replace_file
+from aidsr.studies.jobs import Job
 from aidsr.studies.outcomes import DesignRow, read_outcomes
 from aidsr.studies.planned import training_folder_of
 from aidsr.studies.pool import LocalPool
@@ -138,13 +139,16 @@ def main() -> None:
     if not asked.write_only:
         there = Counter((row.task, row.design) for row in published)
         without = {(row.task, row.design) for row in published if row.best_progress is None}
-        elsewhere = frozenset(
+        elsewhere = {
             cell
             for cell in study.cells
             if there[cell.task, cell.number] >= plan.seeds or (cell.task, cell.number) in without
-        )
+        }
         sys.stdout.write(f"{len(elsewhere)} of {_planned(plan)} designs are in {asked.out}.jsonl already\n")
-        run_study(study, LocalPool(folder, asked.jobs), partial(_note, study, published, asked.out), without=elsewhere)
+        cells = {(cell.task, cell.number): cell for cell in study.cells}
+        trained = {Job(cells[row.task, row.design], "train", 1, row.policy_seed) for row in published}
+        kept_elsewhere = frozenset({*elsewhere, *trained})
+        run_study(study, LocalPool(folder, asked.jobs), partial(_note, study, published, asked.out), kept_elsewhere)
     _write(study, published, asked.out)
     if asked.publish:
         publish(study, asked.publish)

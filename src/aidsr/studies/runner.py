@@ -44,7 +44,7 @@ class _StudyRun:
     pool: Pool
     listen: Callable[[Progress], None]
     budget: StudyBudget
-    without: frozenset[Cell]
+    without: frozenset[Cell | Job]
     waiting: dict[Job, None] = field(default_factory=dict)
     running: dict[Job, None] = field(default_factory=dict)
     attempts: Counter[Job] = field(default_factory=Counter)
@@ -117,7 +117,7 @@ class _StudyRun:
         if cell in self.without:
             return
         for job in pending_in(self.study, cell):
-            if job not in self.running and job not in self.failed:
+            if job not in self.running and job not in self.failed and job not in self.without:
                 self.waiting.setdefault(job)
 
     def _progress(self, last: EndedJob | None) -> Progress:
@@ -142,7 +142,7 @@ def run_study(
     study: Study,
     pool: Pool,
     listen: Callable[[Progress], None] = lambda _progress: None,
-    without: frozenset[Cell] = frozenset(),
+    without: frozenset[Cell | Job] = frozenset(),
 ) -> Progress:
     """Run all pending jobs of a study within its limit; a stopped study is resumed by calling this again.
 
@@ -150,7 +150,7 @@ def run_study(
         study: The study.
         pool: Executor of the jobs; closed at the end.
         listen: Called before each wait for a job, and at the end.
-        without: Runs to leave unchanged, such as those whose results are kept elsewhere.
+        without: Runs and single jobs to leave out, such as those whose results are kept elsewhere.
 
     Raises:
         UserError: Jobs are pending, and the study has another benchmark version.
