@@ -36,8 +36,8 @@ stays where its command is nearest to 0. Actions are -1 to 1 over the control ra
 between ("t=0 -1, t=1.5 0.8": seconds, action), or one number; on top, if wanted, a sine, \
 "-0.2, amplitude 0.5 hz 1.5 phase 90" (degrees), perhaps only "from 2 until 6" seconds. Sums are cut off at -1 and 1. \
 The lines may stand in blocks, each under its own line "when f7 > 0 and f3 < 0.05 for 12 s:", the last under \
-"otherwise:"; f7 is the 7th number that the job observes. The first block whose condition holds is played, its time from \
-0; after its 12 s, if given, a block is chosen again."""
+"otherwise:"; f7 is the 7th number that the job observes. The first block whose condition holds is played, its time \
+from 0; after its 12 s, if given, a block is chosen again."""
 
 _MAX_CHARACTERS = 10_000
 _MAX_WAYPOINTS = 100
@@ -181,8 +181,8 @@ def parse_script(text: str) -> Script:
     _check_filled(blocks[-1])
     if blocks[-1].conditions:
         raise UserError(
-            f'line {blocks[-1].line} of the script: the last block is not "otherwise"; end the script with "otherwise:" '
-            "and lines for all other cases"
+            f'line {blocks[-1].line} of the script: the last block is not "otherwise"; end the script with '
+            '"otherwise:" and lines for all other cases'
         )
     return Script(tuple(blocks))
 

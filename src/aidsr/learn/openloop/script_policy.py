@@ -199,10 +199,8 @@ def played_by(
     for block in script.blocks:
         for condition in block.conditions:
             if not 1 <= condition.feature <= size:
-                known = (
-                    f"it observes {features_in_words(features)}" if size else "it observes nothing: leave out blocks"
-                )
-                raise UserError(f"line {block.line} of the script: the job has no f{condition.feature}; {known}")
+                seen = f"it observes {features_in_words(features)}" if size else "it observes nothing: leave out blocks"
+                raise UserError(f"line {block.line} of the script: the job has no f{condition.feature}; {seen}")
     blocks = [_played(block, number, groups, rest) for number, block in enumerate(script.blocks, 1)]
     return ScriptPolicy(blocks, control_dt_s, size)
 
