@@ -56,7 +56,10 @@ def test_names_that_begin_like_a_heading_stay_names() -> None:
         ("when f1 > 0:\na: 1", 'line 1 of the script: the last block is not "otherwise"; end the script'),
         ("when f1 > 0 for 0 s:\na: 1", "line 1 of the script: a duration of 0 s; give one above 0"),
         ("otherwise for -2 s:\na: 1", "line 1 of the script: a duration of -2 s"),
-        ("when f1 >= 0:\na: 1", 'line 1 of the script: cannot read "when f1 >= 0:"; write "when f3 > 0.05 and f4 < 1:"'),
+        (
+            "when f1 >= 0:\na: 1",
+            'line 1 of the script: cannot read "when f1 >= 0:"; write "when f3 > 0.05 and f4 < 1:"',
+        ),
         ("when f1 > 0 or f2 > 0:\na: 1", "cannot read"),
         ("when turn > 0:\na: 1", "cannot read"),
         ("when f1 > 0", "cannot read"),
