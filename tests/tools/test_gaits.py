@@ -28,7 +28,7 @@ def test_the_best_gait_can_be_played_again(tmp_path: Path) -> None:
     scene = cart(tmp_path, 9.0)
     found = random_gaits(scene, gaits=6, seconds=2.0)
     script = found.text.partition("as a script:\n")[2]
-    assert set(parse_script(script).tracks) == {"drive", "turn"}
+    assert set(parse_script(script).blocks[0].tracks) == {"drive", "turn"}
     again = play_once(scene, script, seconds=2.0)
     gained = again.moments[-1].progress - again.moments[0].progress
     assert gained == pytest.approx(found.figure("progress gained, best"), abs=0.01)

@@ -10,6 +10,7 @@ from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop import failure_attribution
 from aidsr.learn.openloop.motion import GroupMotion, Motion
 from aidsr.learn.openloop.script import parse_script
+from aidsr.learn.openloop.script_policy import played_by
 from aidsr.tasks import goal_task, load_task, parse_goal
 from aidsr.tools import playing, trial
 from aidsr.tools.script_search import WAYPOINTS, Scripts, search_script
@@ -193,9 +194,9 @@ def test_a_motion_as_a_script_does_the_same_and_is_written_as_it_is_played() -> 
     scripts = Scripts.of(motion(amplitude=0.2, phase_rad=0.5), horizon_s=2.0)
     assert scripts.times_s.size == WAYPOINTS
     names = ["robot/drive", "robot/turn"]
-    policy = parse_script(scripts.text(names)).played_by(names, [0.0, 0.0], 0.04)
+    block = played_by(parse_script(scripts.text(names)), names, [0.0, 0.0], 0.04).blocks[0]
     for time_s in (0.0, 0.3, 1.9, 5.0):
-        assert policy.at(time_s) == pytest.approx(scripts.at(time_s)[0], abs=0.005)
+        assert block.at(time_s) == pytest.approx(scripts.at(time_s)[0], abs=0.005)
 
 
 def test_a_search_among_scripts_finds_what_its_motion_missed() -> None:

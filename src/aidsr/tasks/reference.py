@@ -9,6 +9,7 @@ import inspect
 from collections.abc import Iterable
 
 from aidsr.core.errors import UserError
+from aidsr.tasks.feature_numbers import numbers_of
 from aidsr.tasks.task import BENCHMARK_VERSION, Task
 
 _HEAD = f"""# Task reference
@@ -65,14 +66,11 @@ def _section(kind: type[Task]) -> str:
 
 
 def _features(kind: type[Task]) -> str:
-    rows, first = ["| index | feature | unit | range | sensor |", "|---|---|---|---|---|"], 0
-    for feature in kind.features:
-        last = first + feature.size - 1
-        index = f"{first}" if feature.size == 1 else f"{first}-{last}"
+    rows = ["| numbers | feature | unit | range | sensor |", "|---|---|---|---|---|"]
+    for names, feature in numbers_of(kind.features):
         low, high = feature.range
-        cells = (index, feature.name, feature.unit, f"{low:g} to {high:g}", feature.source)
+        cells = (names, feature.name, feature.unit, f"{low:g} to {high:g}", feature.source)
         rows.append("|" + "|".join(f" {cell} " if cell else " " for cell in cells) + "|")
-        first = last + 1
     return "\n".join(rows)
 
 

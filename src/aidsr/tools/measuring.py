@@ -102,7 +102,10 @@ def play(
     distances: Pairs = (),
     variations: Several = (),
 ) -> Result:
-    """Play a motion script and tell path, heading, contacts, distances, limits exceeded and what ended it."""
+    """Play a motion script and tell path, heading, contacts, distances, limits exceeded and what ended it.
+
+    The script may branch on what is observed.
+    """
     subject = workspace.subject(scene)
     how = How(script=script, variation=variation, variations=variations, seconds=seconds, distances=distances)
     played = _play_all(subject, how)
@@ -249,7 +252,10 @@ def train(
     steps: Annotated[int, Field(ge=2000, le=500_000, description="Control steps.")] = 50_000,
     script: Annotated[
         str,
-        Field(description="Motion to begin with, as for play; the policy then changes its actions by at most 0.3."),
+        Field(
+            description="Motion to begin with, as for play, with branches or without; the policy then changes its "
+            "actions by at most 0.3."
+        ),
     ] = "",
 ) -> Result:
     """Train a policy and say how it learned, what it wins, whether it is valid, and what it does.

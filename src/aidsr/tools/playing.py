@@ -52,11 +52,13 @@ def play_variations(
         distances: Pairs of names of sites, geoms or bodies whose distance is measured at every control step.
 
     Raises:
-        UserError: The script cannot be parsed or names an unknown group, or the scene does not belong to its task.
+        UserError: The script cannot be parsed or names an unknown group or feature, or the scene does not belong to its
+            task.
         MjcfError: The scene cannot be loaded.
         IsolationError: Playing exceeded a limit.
     """
-    from aidsr.learn.openloop.script import parse_script, script_policy
+    from aidsr.learn.openloop.script import parse_script
+    from aidsr.learn.openloop.script_policy import script_policy
 
     loaded, tracks = scene.load(), parse_script(script)
     played = [
@@ -75,11 +77,12 @@ def film_script(scene: MeasuredScene, script: str, *, variation: int = 0, second
     """Play a script as `play_variations` does and return the episode, ready to be rendered.
 
     Raises:
-        UserError: The script cannot be parsed or names an unknown group, or the scene does not belong to its task.
+        UserError: The script cannot be parsed or names an unknown group or feature, or the scene does not belong to its
+            task.
         MjcfError: The scene cannot be loaded.
         IsolationError: Playing exceeded a limit.
     """
-    from aidsr.learn.openloop.script import script_policy
+    from aidsr.learn.openloop.script_policy import script_policy
 
     loaded = scene.load()
     chosen = loaded.task.variation("development", variation)
@@ -125,7 +128,7 @@ def _played_again(scene: TaskScene, tracks: Script, won: Sequence[int]) -> list[
     from aidsr.core.formatting import format_check
     from aidsr.learn.episodes.policy_checks import Replays, episode_checks, rollout_with_stats, scene_checks
     from aidsr.learn.episodes.rollout import Constant
-    from aidsr.learn.openloop.script import script_policy
+    from aidsr.learn.openloop.script_policy import script_policy
     from aidsr.sim.deactivate import other_actuators, with_locked_soft_body, without_cables, without_other_actuators
     from aidsr.sim.numerics import at_half_the_time_step, with_other_integrators
     from aidsr.sim.structure import read_structure
@@ -187,8 +190,8 @@ def record(
         smoothing: Share of the previous action in the next action, as in the training of the policy.
     """
     from aidsr.learn.episodes.rollout import rollout
-    from aidsr.learn.openloop.script import ScriptPolicy
-    from aidsr.tools.commands import unnamed_in_words
+    from aidsr.learn.openloop.script_policy import ScriptPolicy
+    from aidsr.tools.commands import blocks_in_words, unnamed_in_words
     from aidsr.tools.recorder import Recorder
 
     chosen = scene.task.variation("development", variation)
@@ -202,5 +205,6 @@ def record(
     told = {
         "cut_off": policy.cut_off(names, played.duration_s),
         "commands": tuple(unnamed_in_words(scene, policy.unnamed)),
+        "blocks": tuple(blocks_in_words(policy.starts)),
     }
     return played.model_copy(update=told)

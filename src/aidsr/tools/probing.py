@@ -66,7 +66,8 @@ def probe_motions(
     from aidsr.learn.openloop import probe_scene
     from aidsr.learn.openloop.motion_search import ALL_KINDS
     from aidsr.learn.openloop.probe_scene import STEPS_PER_S
-    from aidsr.learn.openloop.script import script_of, script_policy
+    from aidsr.learn.openloop.script import script_of
+    from aidsr.learn.openloop.script_policy import script_policy
     from aidsr.tools.playing import record
 
     if not 1 <= len(set(seeds)) == len(seeds) <= _MOST_SEEDS:

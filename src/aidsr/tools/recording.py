@@ -129,6 +129,8 @@ class Recording(Artifact):
     """Commands of the motion beyond the control range, in clauses."""
     commands: tuple[str, ...] = ()
     """Lines on groups that the script does not name, and on actuators of the environment that it cannot command."""
+    blocks: tuple[str, ...] = ()
+    """Lines on the blocks of the script in the order in which they were played; empty for a script without blocks."""
     not_valid: tuple[str, ...] | None = None
     """Reasons why a policy that succeeds so is not valid, in clauses; None where not tested."""
     fragile: tuple[str, ...] = ()
@@ -192,6 +194,7 @@ class Recording(Artifact):
             f"{format_number(self.duration_s)} s of development variation {self.variation}, best progress "
             f"{self.best_progress:.2f}. Ended: {self.ended}",
             *([f"in this variation: {self.variation_text}"] if self.variation_text else []),
+            *self.blocks,
             self._progress(),
             *([f"when progress was best: {self._conditions_text()}"] if self.conditions else []),
             *self._validity(),

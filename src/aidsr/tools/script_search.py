@@ -18,7 +18,7 @@ from aidsr.learn.episodes.rollout import EpisodeOutcomes, rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop.fitness import fitness_of
 from aidsr.learn.openloop.motion import Motion, Motions
-from aidsr.learn.openloop.script import script_policy
+from aidsr.learn.openloop.script_policy import script_policy
 from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.tasks import Variation
 from aidsr.tasks.readings import FloatArray

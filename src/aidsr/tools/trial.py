@@ -255,7 +255,7 @@ def _attributed(
         some: Whether any of the searches reached the required result.
     """
     from aidsr.learn.openloop.failure_attribution import attribute_failure
-    from aidsr.learn.openloop.script import script_policy
+    from aidsr.learn.openloop.script_policy import script_policy
     from aidsr.learn.openloop.trace import trace
     from aidsr.tasks.targets import targets_of
     from aidsr.tools.playing import record

@@ -11,7 +11,7 @@ from aidsr.core.artifacts import EpisodeResult, Evaluation
 from aidsr.core.ends import ends_in_words, evaluation_in_words, rules_in_words
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import rollout
-from aidsr.learn.openloop.script import script_policy
+from aidsr.learn.openloop.script_policy import script_policy
 
 FAST = '\n[[limits]]\nkind = "speed"\nof = "robot"\nat_most_m_s = 0.3\n'
 

@@ -59,7 +59,10 @@ def test_actions_may_correct_a_motion():
     """The motion goes on while its correction is held, by the clock of each episode."""
 
     class Ramp:
-        def at(self, time_s):
+        def playback(self, n):
+            return self
+
+        def at(self, time_s, observation):
             return np.stack([time_s, -time_s], axis=-1)
 
     scene = small_learning().with_hold(2).with_base(Ramp(), 0.5)

@@ -7,14 +7,15 @@ import pytest
 
 from aidsr.core.errors import UserError
 from aidsr.learn.openloop.script import GRAMMAR, parse_script
+from aidsr.learn.openloop.script_policy import played_by
 
 GROUPS = ("left: a", "robot/right", "neck")
 REST = np.array([-1.0, -1.0, 0.0])
 
 
 def actions(text: str, *times_s: float) -> np.ndarray:
-    policy = parse_script(text).played_by(GROUPS, REST, 0.04)
-    return np.array([policy.at(time_s) for time_s in times_s])
+    (block,) = played_by(parse_script(text), GROUPS, REST, 0.04).blocks
+    return np.array([block.at(time_s) for time_s in times_s])
 
 
 def test_waypoints_are_joined_by_straight_lines_and_held_at_both_ends() -> None:

@@ -171,7 +171,10 @@ class Bracing:
 @pytest.mark.parametrize("corrects", [False, True])
 def test_the_mean_action_is_of_all_that_was_done_in_episodes_that_were_won(corrects):
     class Base:
-        def at(self, time_s):
+        def playback(self, n):
+            return self
+
+        def at(self, time_s, observation):
             return np.stack([np.ones_like(time_s), np.where(time_s < 0.3, 1.0, -1.0)], axis=-1)
 
     scene = small_learning()

@@ -13,7 +13,7 @@ import torch
 from aidsr.learn.episodes import overlap_meter, plausibility
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import rollout
-from aidsr.learn.openloop.script import script_policy
+from aidsr.learn.openloop.script_policy import script_policy
 from aidsr.learn.rl import fallback_motion, training
 from aidsr.learn.rl.fallback_motion import find_fallback_motion
 from aidsr.learn.rl.policy import TrainedPolicy

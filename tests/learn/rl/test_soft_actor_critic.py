@@ -24,6 +24,7 @@ from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.rl import recipe, training
 from aidsr.learn.rl.callbacks import History
+from aidsr.learn.rl.evaluation import evaluate
 from aidsr.learn.rl.fused_adam import FusedAdam
 from aidsr.learn.rl.policy import Normalisation, TrainedPolicy, without_critics
 from aidsr.learn.rl.recipe import PROTOCOLS, Recipe, recipe_of
@@ -412,6 +413,29 @@ def test_a_script_that_wins_nearly_always_is_the_policy(tmp_path):
     found = FinishedTraining.load(tmp_path)
     assert found.scene.actions.base
     assert found.scene_at("hard").actions.base
+
+
+BOTH_SIDES = f"when f1 > 0:\n{BENDS}\notherwise:\n{BENDS.replace('left', 'right')}"
+"""A script by which the arm bends to the side that it observes."""
+
+
+def test_a_script_with_blocks_wins_where_one_motion_cannot(tmp_path):
+    result = trained(tmp_path, recipe=beginning_with(BOTH_SIDES))
+    assert (result.stopped, result.success_share) == ("saturated", 1.0)
+
+
+def test_a_policy_that_corrects_a_script_with_blocks_is_learned_and_judged(tmp_path):
+    script = BOTH_SIDES.replace("f1 > 0:", "f1 > 0 for 0.2 s:")
+    for name in ("one", "other"):
+        assert trained(tmp_path / name, NeverWon, recipe=beginning_with(script)).stopped == "budget"
+    one, other = (FinishedTraining.load(tmp_path / name) for name in ("one", "other"))
+    assert one.policy.fingerprint == other.policy.fingerprint, "episodes that are reset at different times"
+    scene = beginning_with(script).acting_in(small_learning(TwoSided()))
+    verdict, rolled = evaluate(scene, one.policy, episodes=20, threads=1)
+    again, _ = evaluate(scene, one.policy, episodes=20, threads=1)
+    assert verdict.episodes == again.episodes
+    sides = np.array([variation.parameters["side"][0] for variation in rolled.variations])
+    assert np.all(np.sign(rolled.mean_actions[:, 0] - rolled.mean_actions[:, 1]) == sides)
 
 
 def test_a_script_that_does_not_win_is_learned_from(tmp_path):

@@ -8,6 +8,7 @@ from typing import Literal, Protocol
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from aidsr.core.artifacts import ActuatorGroup
 from aidsr.core.errors import UserError
@@ -23,11 +24,24 @@ GroupsFrom = Literal["design", "symmetry", "none"]
 """Origin of the groups of actuators."""
 
 
-class OpenLoop(Protocol):
-    """A motion that depends only on time."""
+class Playback(Protocol):
+    """A motion in n parallel episodes, with what it has to remember of each."""
 
-    def at(self, time_s: FloatArray) -> FloatArray:
-        """Return the actions at the given times [s], (n,) -> (n, k), -1 to 1."""
+    def at(self, time_s: FloatArray, observation: NDArray[np.floating]) -> FloatArray:
+        """Return the actions of the present control step, (n, k), -1 to 1.
+
+        Args:
+            time_s: Time since the beginning of each episode, (n,) [s]; an episode begins anew where it is 0.
+            observation: Present observations, (n, n_observations).
+        """
+        ...
+
+
+class BaseMotion(Protocol):
+    """A motion that a policy corrects."""
+
+    def playback(self, n: int) -> Playback:
+        """Return the motion in n parallel episodes."""
         ...
 
 
@@ -52,7 +66,7 @@ class ActionMap:
     """Control at an action of 1, (m,)."""
     hold_steps: int = 1
     """Control steps for which an action is held before the next one takes effect."""
-    base: OpenLoop | None = None
+    base: BaseMotion | None = None
     """Motion that the policy's actions correct; None where the actions are used alone."""
     correction: float = 1.0
     """Change of that motion for a policy's action of 1."""
@@ -69,14 +83,9 @@ class ActionMap:
         follows = np.array(self.follows)
         return np.array([mine[follows == k].mean() for k in range(self.size)])
 
-    def corrected(self, action: FloatArray, time_s: FloatArray) -> FloatArray:
-        """Return the action to apply, (n, k), -1 to 1: the policy's action itself, or the base motion corrected by it.
-
-        Args:
-            action: Action of the policy, (n, k), -1 to 1.
-            time_s: Time since the beginning of each episode, (n,) [s].
-        """
-        return action if self.base is None else np.clip(self.base.at(time_s) + self.correction * action, -1.0, 1.0)
+    def corrected(self, base: FloatArray, action: FloatArray) -> FloatArray:
+        """Return the action of the base motion corrected by the action of a policy, (n, k) each, -1 to 1."""
+        return np.clip(base + self.correction * action, -1.0, 1.0)
 
     def ctrl(self, action: FloatArray) -> FloatArray:
         """Return the controls of the driven actuators, (n, k) -> (n, m)."""

@@ -116,6 +116,7 @@ class Episodes:
         self._last_action = np.tile(actions.rest, (self.n, 1))
         self._held = self._last_action.copy()
         self._age_steps = np.zeros(self.n, dtype=np.int64)
+        self._base = actions.base.playback(self.n) if actions.base else None
         self._models = PerturbedModels(self.batch, self.structure)
         self._delay = DelayLine(actions.rest, self.n, task.control_dt_s)
         self._friction: CableFriction | None = None
@@ -219,7 +220,10 @@ class Episodes:
         clipped: FloatArray = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
         is_due = self._age_steps % self.actions.hold_steps == 0
         self._held = np.where(is_due[:, None], clipped, self._held)
-        requested = self.actions.corrected(self._held, self._age_steps.astype(np.float64) * self.task.control_dt_s)
+        requested = self._held
+        if self._base is not None:
+            time_s = self._age_steps.astype(np.float64) * self.task.control_dt_s
+            requested = self.actions.corrected(self._base.at(time_s, self.observation), self._held)
         running = self.running.copy()
         self._age_steps += running
         applied = self.smoothing * self._last_action + (1.0 - self.smoothing) * requested

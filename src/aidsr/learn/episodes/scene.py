@@ -15,7 +15,7 @@ from lxml import etree
 
 from aidsr.core.artifacts import ActuatorGroup
 from aidsr.core.errors import MjcfError, UserError
-from aidsr.learn.episodes.actions import ActionMap, Grouping, GroupsFrom, OpenLoop, map_actions, recorded_actions
+from aidsr.learn.episodes.actions import ActionMap, BaseMotion, Grouping, GroupsFrom, map_actions, recorded_actions
 from aidsr.mjcf.compile import compile_mjcf
 from aidsr.mjcf.names import ROBOT_PREFIX
 from aidsr.mjcf.read import is_mjcf_text, open_mjcf, parse_document
@@ -83,7 +83,7 @@ class TaskScene:
         """Return the scene with actions that are held for several control steps."""
         return replace(self, actions=replace(self.actions, hold_steps=hold_steps))
 
-    def with_base(self, base: OpenLoop | None, correction: float = 1.0) -> Self:
+    def with_base(self, base: BaseMotion | None, correction: float = 1.0) -> Self:
         """Return the scene with actions that correct a motion, see `ActionMap.corrected`; None removes it."""
         return replace(self, actions=replace(self.actions, base=base, correction=correction))
 

@@ -5,36 +5,39 @@ right legs: mean 0.2 amplitude 0.5 hz 1.5 phase 270
 neck:       t=0 -1, t=1 0.8, t=3 -0.2
 jaw:        t=0 -1, t=2 1 amplitude 0.1 hz 4 from 2 until 6
 *:          -1
+
+Lines may stand in blocks, between which the task's features decide:
+
+when f7 > 0 and f3 < 0.05 for 12 s:
+reach: t=0 -1, t=1 -0.45
+otherwise:
+reach: -1
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import excerpt
-from aidsr.core.suggestions import closest_name
 from aidsr.core.text_files import read_text_file
 from aidsr.learn.openloop.motion import Motion
 from aidsr.mjcf.names import ROBOT_PREFIX
-from aidsr.tasks.readings import FloatArray
-
-if TYPE_CHECKING:
-    from aidsr.learn.episodes.scene import TaskScene
+from aidsr.tasks.readings import BoolArray, FloatArray
 
 GRAMMAR = """\
 A line "group: ..." for each group, "*" for all without a line of their own; what has none, of the environment too, \
 stays where its command is nearest to 0. Actions are -1 to 1 over the control range: waypoints with straight lines \
 between ("t=0 -1, t=1.5 0.8": seconds, action), or one number; on top, if wanted, a sine, \
-"-0.2, amplitude 0.5 hz 1.5 phase 90" (degrees), perhaps only "from 2 until 6" seconds. Sums are cut off at -1 and 1."""
+"-0.2, amplitude 0.5 hz 1.5 phase 90" (degrees), perhaps only "from 2 until 6" seconds. Sums are cut off at -1 and 1. \
+The lines may stand in blocks, each under its own line "when f7 > 0 and f3 < 0.05 for 12 s:", the last under \
+"otherwise:"; f7 is the 7th number that the job observes. The first block whose condition holds is played, its time \
+from 0; after its 12 s, if given, a block is chosen again."""
 
 _MAX_CHARACTERS = 10_000
 _MAX_WAYPOINTS = 100
@@ -44,8 +47,11 @@ _TERM = re.compile(
     rf"\s*(?:t\s*=\s*(?P<time>{_NUMBER})\s*s?\s*[:,]?\s*(?P<action>{_NUMBER})|(?P<key>[a-z]+)\s*=?\s*(?P<value>{_NUMBER})"
     rf"|(?P<constant>{_NUMBER}))\s*(?:[,;]|(?=\s)|$)"
 )
-_OTHERS = "*"
-_ROUNDING = 1e-6
+OTHERS = "*"
+"""Name of the line for all groups without a line of their own."""
+_HEADED = re.compile(r"(?:when|otherwise)(?=[\s:]|$)")
+_HEADING = re.compile(rf"(?:when\s+(?P<conditions>.+?)|otherwise)\s*(?:\bfor\s+(?P<duration>{_NUMBER})\s*s?)?\s*:")
+_CONDITION = re.compile(rf"\s*f(\d{{1,4}})\s*([<>])\s*({_NUMBER})\s*")
 _KEYS = ("mean", "amplitude", "hz", "phase", "from", "until")
 
 
@@ -78,96 +84,49 @@ class Track:
 
 
 @dataclass(frozen=True)
+class Condition:
+    """Comparison of one number of a task's features with a limit."""
+
+    feature: int
+    """Which number it is, from 1."""
+    is_above: bool
+    """Whether the number must be above the limit, or below it."""
+    limit: float
+    """Limit in the unit of the feature."""
+
+    def holds(self, features: FloatArray) -> BoolArray:
+        """Return whether it holds for the features of each episode, (n, f) -> (n,)."""
+        values = features[:, self.feature - 1]
+        return np.asarray(values > self.limit if self.is_above else values < self.limit)
+
+
+@dataclass(frozen=True)
+class Block:
+    """Lines of a script that are played together: a track for each group that they name."""
+
+    line: int
+    """Number of its first line, which is its heading unless the script has no blocks."""
+    heading: str = ""
+    """Its condition as it is written, or "otherwise"; "" in a script without blocks."""
+    conditions: tuple[Condition, ...] = ()
+    """All must hold where the block is chosen; there are none in the last block."""
+    duration_s: float = math.inf
+    """Time after which a block is chosen again [s]; infinite for the rest of the episode."""
+    tracks: dict[str, Track] = field(default_factory=dict)
+
+    def holds(self, features: FloatArray) -> BoolArray:
+        """Return whether all conditions hold for the features of each episode, (n, f) -> (n,)."""
+        held = np.ones(len(features), dtype=np.bool_)
+        for condition in self.conditions:
+            held &= condition.holds(features)
+        return held
+
+
+@dataclass(frozen=True)
 class Script:
-    """A parsed script: a track for each group that it names."""
+    """A parsed script: its blocks in order, or one block for a script without blocks."""
 
-    tracks: dict[str, Track]
-
-    def played_by(self, groups: Sequence[str], rest: FloatArray, control_dt_s: float) -> ScriptPolicy:
-        """Return a policy that plays the script.
-
-        Args:
-            groups: Names of all groups of the scene, one for each number of an action; the prefix "robot/" may be left
-                out.
-            rest: Action of each group at rest, (k,).
-            control_dt_s: Time between two actions [s].
-
-        Raises:
-            UserError: The script names a group that does not exist.
-        """
-        plain = [name.removeprefix(ROBOT_PREFIX) for name in groups]
-        tracks = {name.removeprefix(ROBOT_PREFIX): track for name, track in self.tracks.items()}
-        for name in tracks:
-            if name != _OTHERS and name not in plain:
-                near = closest_name(name, plain)
-                hint = f' Did you mean "{near}"?' if near else ""
-                raise UserError(f'no group "{excerpt(name)}" in this scene.{hint} Its groups: {", ".join(plain)}')
-        others = tracks.get(_OTHERS)
-        return ScriptPolicy(
-            [
-                tracks.get(name) or others or Track(((0.0, float(at_rest)),))
-                for name, at_rest in zip(plain, rest, strict=True)
-            ],
-            control_dt_s,
-            unnamed=() if others else tuple(name for name in plain if name not in tracks),
-        )
-
-
-class ScriptPolicy:
-    """Plays the tracks of a script in n parallel episodes and ignores the observations.
-
-    Args:
-        tracks: Tracks, one for each number of an action.
-        control_dt_s: Time between two actions [s].
-        unnamed: Groups that the script does not name; they stay at rest.
-    """
-
-    def __init__(self, tracks: Sequence[Track], control_dt_s: float, unnamed: tuple[str, ...] = ()) -> None:
-        self._tracks, self.control_dt_s, self.unnamed, self._steps = tuple(tracks), control_dt_s, unnamed, 0
-
-    def act(self, observation: NDArray[np.floating]) -> FloatArray:
-        """Return the next action for each observation, (n, k)."""
-        self._steps += 1
-        return np.tile(self.at((self._steps - 1) * self.control_dt_s), (len(observation), 1))
-
-    def cut_off(self, groups: Sequence[str], until_s: float) -> tuple[str, ...]:
-        """Return a clause for each group whose requested action exceeds -1 or 1 and is clipped.
-
-        Args:
-            groups: Names of the groups, one for each number of an action.
-            until_s: Duration of the motion [s].
-        """
-        times = self.control_dt_s * np.arange(max(1, round(until_s / self.control_dt_s)), dtype=np.float64)
-        clauses = []
-        for name, track in zip(groups, self._tracks, strict=True):
-            requested = track.unclipped(times)
-            beyond = np.abs(requested) > 1.0 + _ROUNDING
-            if beyond.any():
-                farthest = float(requested[np.abs(requested).argmax()])
-                clauses.append(
-                    f"{name.removeprefix(ROBOT_PREFIX)} is asked for {farthest:+.3g}, cut off at "
-                    f"{math.copysign(1, farthest):+g}, {beyond.mean():.0%} of the time"
-                )
-        return tuple(clauses)
-
-    def at(self, time_s: FloatArray | float) -> FloatArray:
-        """Return the action at a time, (k,), or at several, (n,) -> (n, k)."""
-        return np.stack([track.at(time_s) for track in self._tracks], axis=-1)
-
-
-def script_policy(scene: TaskScene, script: str | Script) -> ScriptPolicy:
-    """Return a policy that plays a script in a scene from the start of an episode.
-
-    Args:
-        scene: The scene.
-        script: The script, or its text.
-
-    Raises:
-        UserError: The text is not a script, or names a group that the scene does not have.
-    """
-    read = parse_script(script) if isinstance(script, str) else script
-    names = [group.name for group in scene.actions.groups]
-    return read.played_by(names, scene.actions.rest, scene.task.control_dt_s)
+    blocks: tuple[Block, ...]
 
 
 def read_script(path: Path) -> str:
@@ -199,11 +158,16 @@ def parse_script(text: str) -> Script:
     """
     if len(text) > _MAX_CHARACTERS:
         raise UserError(f"the script has {len(text):,} characters; use at most {_MAX_CHARACTERS:,}")
-    tracks: dict[str, Track] = {}
+    blocks: list[Block] = []
     for number, line in enumerate(text.splitlines(), 1):
         stripped = line.partition("#")[0].strip()
         if not stripped:
             continue
+        if _HEADED.match(stripped):
+            blocks.append(_block(stripped, number, blocks))
+            continue
+        blocks = blocks or [Block(number)]
+        tracks = blocks[-1].tracks
         name, colon, terms = stripped.rpartition(": ") if ": " in stripped else stripped.rpartition(":")
         if not colon or not name.strip():
             raise UserError(
@@ -212,9 +176,56 @@ def parse_script(text: str) -> Script:
         if name.strip() in tracks:
             raise UserError(f'line {number} of the script: group "{excerpt(name.strip())}" has a line already')
         tracks[name.strip()] = _track(terms, number)
-    if not tracks:
+    if not blocks:
         raise UserError(f"the script is empty. {GRAMMAR}")
-    return Script(tracks)
+    _check_filled(blocks[-1])
+    if blocks[-1].conditions:
+        raise UserError(
+            f'line {blocks[-1].line} of the script: the last block is not "otherwise"; end the script with '
+            '"otherwise:" and lines for all other cases'
+        )
+    return Script(tuple(blocks))
+
+
+def _block(heading: str, line: int, before: list[Block]) -> Block:
+    """Return the block that a heading begins, without its lines.
+
+    Raises:
+        UserError: The heading cannot be read, or no block may begin here.
+    """
+    where = f"line {line} of the script"
+    found = _HEADING.fullmatch(heading)
+    parts = re.split(r"\band\b", found["conditions"]) if found and found["conditions"] else []
+    terms = [_CONDITION.fullmatch(part) for part in parts]
+    if found is None or None in terms:
+        raise UserError(
+            f'{where}: cannot read "{excerpt(heading)}"; write "when f3 > 0.05 and f4 < 1:", "otherwise:" or, with a '
+            'duration, "otherwise for 12 s:", and the lines of groups below'
+        )
+    if before:
+        _check_filled(before[-1])
+        if not before[-1].heading:
+            raise UserError(
+                f"line {before[-1].line} of the script stands before the first block; move it into each block that "
+                "needs it"
+            )
+        if not before[-1].conditions:
+            raise UserError(
+                f'{where}: a block after "otherwise" (line {before[-1].line}) is never played; keep one "otherwise", '
+                "as the last block"
+            )
+    conditions = tuple(Condition(int(term[1]), term[2] == ">", float(term[3])) for term in terms if term)
+    duration_s = float(found["duration"] or math.inf)
+    if duration_s <= 0:
+        raise UserError(f"{where}: a duration of {duration_s:g} s; give one above 0, or none")
+    return Block(line, (found["conditions"] or "otherwise").strip(), conditions, duration_s)
+
+
+def _check_filled(block: Block) -> None:
+    if not block.tracks:
+        raise UserError(
+            f'line {block.line} of the script: the block has no lines; write "group: t=0 -1, t=1 0.5" below it'
+        )
 
 
 def _track(text: str, line: int) -> Track:

@@ -176,7 +176,7 @@ class Recipe(Artifact):
         Raises:
             UserError: The script cannot be read, or names a group that the scene does not have.
         """
-        from aidsr.learn.openloop.script import script_policy
+        from aidsr.learn.openloop.script_policy import script_policy
 
         held = scene.with_hold(self.hold_steps)
         if not self.script:
