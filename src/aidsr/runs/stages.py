@@ -63,7 +63,7 @@ def _stages(iteration: IterationFolder, at_work: str, *, had_robot: bool) -> tup
     robot, scene, critique = iteration.robot_report.read(), iteration.scene_report.read(), iteration.critique.read()
     made = iteration.robot.xml.path.exists()
     repairs = iteration.repairs.read()
-    repaired = f", {repairs.total} repaired" if repairs else ""
+    repaired = f", {repairs.total} repaired" if repairs and repairs.total else ""
     stages = [
         _stage(
             "robot",
