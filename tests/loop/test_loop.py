@@ -326,7 +326,7 @@ def test_automatic_fixes_are_told_what_to_keep_and_what_they_left_out_is_recorde
     assert second.repairs.read().notes == (left,)
     assert second.robot_as_written.read() is None
     assert status.designs[0].mechanical_repairs == 0
-    assert "repaired" not in str(iteration_stages(run.design(1), status.designs[0]))
+    assert "automatic fix" not in str(iteration_stages(run.design(1), status.designs[0]))
 
 
 def test_quitting_ends_the_design(tmp_path) -> None:

@@ -216,7 +216,7 @@ def read_repairs(study: Study) -> tuple[Counter[str], list[Repair]]:
 
 
 def count_repairs(study: Study) -> Counter[str]:
-    """Return how often each kind of mechanical repair was applied to a robot before it was validated."""
+    """Return how often each kind of automatic fix was applied to a robot before it was validated."""
     found = Counter[str]()
     for design, copied in _designs(study):
         for iteration in design.iterations[copied:]:

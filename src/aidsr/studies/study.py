@@ -69,7 +69,7 @@ class Arm(Artifact):
         if config.model == SEARCH.prefix:
             changes[0] += f" over {changed.pop('search_robots', config.search_robots)} robots"
         changes += [_METHODS[config.method]] if config.method != "full" else []
-        changes += ["no mechanical repairs"] * (not config.repairs)
+        changes += ["no automatic fixes"] * (not config.repairs)
         changes += ["tried on its task"] * config.task_feedback
         changes += [f"{key} {json.dumps(value).strip(chr(34))}" for key, value in changed.items()]
         changes += ["a person's feedback"] * bool(self.feedback) + ["no actuator groups"] * (self.grouping == "off")
