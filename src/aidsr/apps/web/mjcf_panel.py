@@ -73,7 +73,8 @@ def _draw(run: Run, document: _Text, *, changes: bool) -> None:
 def _documents(run: Run, design: DesignFolder, number: int) -> list[_Text]:
     until = design.leading_to(number)
     found = []
-    for title, name in (("Robot", "robot.xml"), ("Scene", "scene.xml"), ("Before automatic fixes", "robot_as_written.xml")):
+    files = {"Robot": "robot.xml", "Scene": "scene.xml", "Before automatic fixes": "robot_as_written.xml"}
+    for title, name in files.items():
         paths = [it.path / name for it in until if (it.path / name).exists()]
         if title != "Robot":
             paths = [path for path in paths if path.parent.name == f"{number:02d}"]
