@@ -259,7 +259,7 @@ def _steps_in_words(done: int, asked: int) -> str:
 def _draw_judged(site: Site, training: Training, stage: Stage, shown: _Judged) -> None:
     if shown.verdict is None:
         return
-    can_replay = (training.path / "policy.zip").exists()
+    can_replay = training.policy.exists()
     play = partial(_play, site, training, stage) if can_replay else None
     with box("stack"):
         _verdict(shown.verdict, play)
