@@ -114,7 +114,7 @@ class Scripted:
         return word
 
 
-def repair(mjcf: str, *, kept_names=()) -> FixResult:
+def repair(mjcf: str, *, kept_names=(), keep=()) -> FixResult:
     """Put the word "misspelt" right."""
     if "misspelt" not in mjcf:
         return FixResult(mjcf=mjcf)

@@ -198,11 +198,11 @@ def _mcp(place: Path, name: str, message: str) -> Outcome:
         outcome.hang = "the server answers nothing more" if process.poll() is None else ""
         outcome.failed = outcome.failed or ("" if outcome.hang else "the server ended")
     end(process)
-    _, error = process.communicate()
+    _, errors = process.communicate()
     if _SECRET in said or "root:" in said:
         outcome.failed = "a foreign file was sent"
-    if re.search(r'Error executing tool \w+:?\s*"', said) or "Traceback" in error:
-        outcome.failed = f"an error that is no sentence: {(said + error)[-200:]}"
+    if re.search(r'Error executing tool \w+:?\s*"', said) or "Traceback" in errors:
+        outcome.failed = f"an error that is no sentence: {(said + errors)[-200:]}"
     outside = [name for name in contents(home) if not name.startswith(("scenes/", "settings/"))]
     if outside != ["secret"] or (home / "secret").read_text() != _SECRET:
         outcome.lost = f"files outside its folder: {outside}"

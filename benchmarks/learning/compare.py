@@ -36,7 +36,7 @@ from aidsr.core.provenance import commit, processor
 from aidsr.learn.episodes.batch import Episodes, StepResult
 from aidsr.learn.episodes.rollout import Policy, rollout
 from aidsr.learn.episodes.scene import TaskScene
-from aidsr.learn.rl.callbacks import CurvePoint
+from aidsr.learn.rl.curve_point import CurvePoint
 from aidsr.learn.rl.policy import TrainedPolicy, one_torch_thread
 from aidsr.learn.rl.recipe import PROTOCOLS, Recipe
 from aidsr.learn.rl.training import DEVELOPMENT, train

@@ -42,7 +42,7 @@ def main() -> None:
     arguments = parser.parse_args()
     design: Path = arguments.design
     training = sorted(design.glob("training/[0-9]*"))[-1]
-    objective = Run(design.parents[1]).record.read().objective
+    objective = Run(design.parents[1]).asked().objective
     concept = Concept.model_validate_json(sorted(design.glob("*/concept.json"))[-1].read_text("utf-8"))
     evaluation = Evaluation.model_validate_json((training / "evaluation.json").read_text("utf-8"))
     frames, frame_s = _frames(training / "best.npz")

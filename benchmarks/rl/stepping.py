@@ -15,6 +15,7 @@ from stable_baselines3.common.vec_env import SubprocVecEnv, VecEnv
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.vector_env import BatchedVecEnv
+from aidsr.tasks import Variation
 
 SIMULATIONS, PROCESSES, ROUNDS = 64, 8, 15
 _STEPS = 512
@@ -59,7 +60,7 @@ def _physics(found: TaskScene) -> Callable[[], object]:
 def _batched(found: TaskScene) -> BatchedVecEnv:
     rng = np.random.default_rng(0)
 
-    def fresh() -> object:
+    def fresh() -> Variation:
         return found.task.variation("development", int(rng.integers(2**31)))
 
     first = [fresh() for _ in range(SIMULATIONS)]

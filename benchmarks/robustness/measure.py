@@ -19,12 +19,13 @@ from pathlib import Path
 
 import aidsr
 from aidsr.core.artifacts import Artifact, Evaluation, PerturbedEpisodes
+from aidsr.core.config import Protocol
 from aidsr.core.provenance import commit
 from aidsr.core.rates import Rate
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.rl.policy import one_torch_thread
-from aidsr.learn.rl.recipe import PROTOCOLS, Protocol
+from aidsr.learn.rl.recipe import PROTOCOLS
 from aidsr.learn.rl.robustness import SUMMARIES, perturbed_episodes
 from aidsr.learn.rl.trained import FinishedTraining
 from aidsr.runs.files import replace_file

@@ -62,9 +62,11 @@ class Campaign:
     @classmethod
     def read(cls, kept: dict[str, dict[str, Any]]) -> Campaign:
         """Return a campaign from its JSON form."""
-        numbered = ({int(index): text for index, text in kept[name].items()} for name in ("isolated", "failures"))
+        isolated, failures = (
+            {int(index): text for index, text in kept[name].items()} for name in ("isolated", "failures")
+        )
         spent_s, index = kept["longest"]
-        return cls(Counter(kept["endings"]), Counter(kept["codes"]), *numbered, (spent_s, index))
+        return cls(Counter(kept["endings"]), Counter(kept["codes"]), isolated, failures, (spent_s, index))
 
 
 def seeds() -> list[str]:

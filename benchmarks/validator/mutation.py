@@ -5,9 +5,12 @@ from __future__ import annotations
 import copy
 import re
 from collections.abc import Callable, Sequence
+from typing import TypeVar
 
 import numpy as np
 from lxml import etree
+
+Choice = TypeVar("Choice")
 
 _NUMBERS = (
     "nan", "inf", "-inf", "1e308", "-1e308", "1e-308", "1e400", "0", "-1", "-0.0", "2147483648", "-2147483649",
@@ -56,7 +59,7 @@ def mutate(seeds: Sequence[str], rng: np.random.Generator, canary: str) -> str:
     return text.replace("CANARY", canary)
 
 
-def _pick(rng: np.random.Generator, choices: Sequence) -> object:
+def _pick(rng: np.random.Generator, choices: Sequence[Choice]) -> Choice:
     return choices[int(rng.integers(len(choices)))]
 
 
@@ -130,7 +133,7 @@ def _of_tree(text: str, rng: np.random.Generator, seeds: Sequence[str]) -> str:
     return etree.tostring(root, encoding="unicode")
 
 
-Elements = list
+Elements = list[etree._Element]
 
 
 def _some(every: Elements, rng: np.random.Generator) -> etree._Element:
@@ -139,8 +142,8 @@ def _some(every: Elements, rng: np.random.Generator) -> etree._Element:
 
 def _delete(every: Elements, rng: np.random.Generator) -> None:
     element = _some(every, rng)
-    if element.getparent() is not None:
-        element.getparent().remove(element)
+    if (parent := element.getparent()) is not None:
+        parent.remove(element)
 
 
 def _duplicate(every: Elements, rng: np.random.Generator) -> None:

@@ -232,7 +232,7 @@ def train(
     found = find_scene(design, task, level=level, goal=goal)
     return train_policy(
         found,
-        Path(out) if out else found.home / "training",
+        Path(out) if out else found.trainings,
         grouping=grouping,
         steps=steps,
         seed=seed,
@@ -450,6 +450,11 @@ class DesignedScene:
     """Folder in which training/ is created."""
     script: str = ""
     """Motion with which the author saw the robot do this job; "" for none."""
+
+    @property
+    def trainings(self) -> Path:
+        """Folder of its trainings."""
+        return DesignFolder(self.home).trainings
 
     def as_text(self) -> tuple[str, str | Task, Level, tuple[ActuatorGroup, ...]]:
         """Return MJCF text, task, level and groups, in the form that is passed to a child process.

@@ -47,6 +47,15 @@ def test_one_robot_written_in_several_ways_is_built_the_same(mjcf: str) -> None:
     assert plain.body_mass[2:].sum() != pytest.approx(0.015, rel=0.01), "masses change, or this test sees nothing"
 
 
+def test_joints_with_springdamper_are_built_with_the_stiffness_of_their_hinges() -> None:
+    mjcf = finger().replace('stiffness="0.3" damping="0.01"', 'springdamper="0.005 1"')
+    designed, model = mujoco.MjModel.from_xml_string(mjcf), built(mjcf)
+    hinges = [hinge.stiffness_n_m_rad for hinge in made(mjcf).hinges.hinges.values()]
+    assert hinges == pytest.approx(designed.jnt_stiffness.ravel(), rel=0.1)
+    assert model.jnt_stiffness.ravel() == pytest.approx(hinges, rel=1e-4)
+    assert model.dof_damping.ravel() == pytest.approx(designed.dof_damping.ravel(), rel=1e-4)
+
+
 def test_a_ball_joint_with_a_range_keeps_it_one_sided() -> None:
     model = built(finger(joint='type="ball" range="0 0.5"'))
     assert model.jnt_range[:, 0] == pytest.approx(0)

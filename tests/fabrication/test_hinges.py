@@ -71,6 +71,40 @@ def test_joints_that_no_rod_can_stand_for_are_told(change: tuple[str, str], word
     assert [fault.code for fault in faults if word in fault.message] == ["joint_not_elastic"]
 
 
+def _axis_of_link_2(axis: str) -> str:
+    return finger().replace('name="bend_2" axis="0 1 0"', f'name="bend_2" axis="{axis}"')
+
+
+CROSSED_BY_TWIST = finger().replace(
+    '<joint name="bend_2"', '<joint name="twist_2" axis="0 0 1" stiffness="0.3" damping="0.01"/><joint name="bend_2"'
+)
+
+
+@pytest.mark.parametrize("material", ["tpu95a", "petg"])
+@pytest.mark.parametrize(
+    ("mjcf", "told"),
+    [
+        (_axis_of_link_2("0 1 0.2"), []),
+        (_axis_of_link_2("0 0 1"), ["bend_2"]),
+        (_axis_of_link_2("0 1 -1"), ["bend_2"]),
+        (CROSSED_BY_TWIST, ["twist_2"]),
+    ],
+    ids=["nearly across", "along", "oblique", "one of two"],
+)
+def test_a_hinge_that_twists_the_limb_is_not_built_as_one_that_bends_it(
+    mjcf: str, told: list[str], material: str
+) -> None:
+    anatomy = read_anatomy(mjcf)
+    hinges = design_hinges(anatomy, Skeleton(anatomy), material_for(printer_named("fdm"), material)[0])
+    faults = [fault for fault in hinges.faults if fault.code == "joint_not_elastic"]
+    assert [name for fault in faults for name in fault.names if name in told] == told
+    assert bool(faults) == bool(told)
+    if told:
+        assert "twist" in faults[0].message
+        assert "perpendicular to the limb" in faults[0].cure
+        assert 1 not in hinges.hinges
+
+
 def test_a_joint_too_stiff_for_any_rod_is_told() -> None:
     text = mjcf("arm").replace('stiffness="', 'stiffness="99')
     anatomy = read_anatomy(text)

@@ -12,6 +12,7 @@ from aidsr.loop.runner import run_designs
 from aidsr.runs import read_events, read_status
 from aidsr.runs.events import NoPicture, Stopped
 from aidsr.runs.events import Repaired as RepairedEvent
+from aidsr.runs.stages import iteration_stages
 from scripted import Script, Scripted, new_run, parts
 
 
@@ -99,7 +100,7 @@ def test_names_used_outside_the_mjcf_are_kept(tmp_path) -> None:
             groups = (ActuatorGroup(name="close", actuators=("m0", "m1")),)
             return super().write(brief, concept).model_copy(update={"actuator_groups": groups})
 
-    def watch(mjcf, *, kept_names=()):
+    def watch(mjcf, *, kept_names=(), keep=()):
         kept.append(set(kept_names))
         return FixResult(mjcf=mjcf)
 
@@ -308,6 +309,24 @@ def test_a_round_with_parts_to_keep_starts_from_the_robot_that_has_them(tmp_path
     first, keeping, free = scripted.briefs
     assert (keeping.keep, keeping.starting_robot) == (keep, run.design(1).iteration(1).robot.read().mjcf)
     assert (free.keep, free.starting_robot) == (first.keep, first.starting_robot) == ((), "")
+
+
+def test_automatic_fixes_are_told_what_to_keep_and_what_they_left_out_is_recorded(tmp_path) -> None:
+    told, left = [], "Left out inverted_ranges, which would change a part to keep."
+
+    def watch(mjcf, *, kept_names=(), keep=()):
+        told.append(keep)
+        return FixResult(mjcf=mjcf, notes=(left,) if keep else ())
+
+    keep = (Keep(name="finger"),)
+    person = Answers(Decision(verdict="refine", text="softer", keep=keep), Decision(verdict="approve"))
+    run, _, status = grow(tmp_path, changes={"person": person, "repair": watch})
+    assert told == [(), keep]
+    second = run.design(1).iteration(2)
+    assert second.repairs.read().notes == (left,)
+    assert second.robot_as_written.read() is None
+    assert status.designs[0].mechanical_repairs == 0
+    assert "automatic fix" not in str(iteration_stages(run.design(1), status.designs[0]))
 
 
 def test_quitting_ends_the_design(tmp_path) -> None:

@@ -120,7 +120,7 @@ def test_the_page_says_what_happened(page) -> None:
         "Too short.",
         "by <zero>",
         "automatic fixes 2",
-        "Repaired by code: <robot>: renamed",
+        "Automatic fix: <robot>: renamed",
     ):
         assert said in page.words, said
 

@@ -154,6 +154,21 @@ def test_the_likest_job_is_told_first_the_best_and_what_warns(tmp_path: Path) ->
     assert texts[-1].startswith("Job: lift a ball off a table Worm (claw")
 
 
+def test_a_lesson_of_another_level_of_the_task_says_so(tmp_path: Path) -> None:
+    memory = kept(tmp_path, lesson(task="locomotion/tunnel", level="standard"))
+    objective = lesson().objective
+    assert memory.tell(objective, "free", level="hard")[0].startswith("At level standard: Worm")
+    assert memory.tell(objective, "free", level="standard")[0].startswith("Worm")
+
+
+def test_a_run_at_another_level_is_told_the_level_of_its_lessons(tmp_path: Path) -> None:
+    asked = brief()
+    memory = kept(tmp_path, lesson(objective=asked.objective, level="standard"))
+    config = new_run(tmp_path).asked().config.updated({"memory": str(memory.path)})
+    run = create_run(asked, config, level="hard", runs=tmp_path)
+    assert run.brief().lessons[0].startswith("At level standard: ")
+
+
 def test_lessons_of_the_task_itself_can_be_left_out(tmp_path: Path) -> None:
     memory = kept(tmp_path, lesson(task="locomotion/tunnel"), lesson(task="locomotion/gap", evidence="b/1/01"))
     found = memory.recall("crawl through a tunnel", without=["locomotion/tunnel"])

@@ -97,7 +97,7 @@ def test_the_command_shows_the_arms(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert ended.value.code == 0
     said = capsys.readouterr().out
     assert "builtin.human       builtin  a person's feedback, designs taken from builtin" in said
-    assert "no mechanical repairs" in said
+    assert "no automatic fixes" in said
 
 
 def test_the_command_line_and_runs_search_over_as_many_robots() -> None:

@@ -457,7 +457,7 @@ def test_the_report_is_one_page_with_every_figure_beside_it(finished: Study) -> 
     assert "its tasks are not public" in page
     assert "<b>$0.00</b><span>per design, 0 tokens</span>" in page
     table = (finished.path / "report.md").read_text()
-    assert "| bare | no mechanical repairs | 1/1 (21–100 %) | 1/1 (21–100 %) | – | – | – | 1.0 |" in table
+    assert "| bare | no automatic fixes | 1/1 (21–100 %) | 1/1 (21–100 %) | – | – | – | 1.0 |" in table
     assert "2 of 2 designs finished." in table
     assert "| reaching/button_pushing | 1 | 1/1 (21–100 %) | – | – | – |" in table
     assert (finished.path / "report.csv").read_text().count("\n") == 3

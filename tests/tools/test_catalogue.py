@@ -9,9 +9,10 @@ import pytest
 from tests.scenes import small_arm
 from tests.tools.test_statics import limb
 
-from aidsr.core.artifacts import Brief, ValidationReport
+from aidsr.core.artifacts import Brief, Keep, ValidationReport
 from aidsr.core.errors import AidsrError, UserError
 from aidsr.sim.environment_summary import summarize_environment
+from aidsr.tasks import load_task
 from aidsr.tools import OWNER_TOOLS, TOOLS, Job, Workspace, building, tools_table
 from aidsr.validation import validate
 
@@ -92,6 +93,19 @@ def test_a_robot_is_kept_edited_and_fixed_under_new_names(tmp_path: Path) -> Non
     assert call(work, "fix", robot="robot_1") == "nothing of robot_1 can be fixed by code: it has no fault"
     call(work, "edit", robot="robot_1", patch="<set sel=\"//joint\" damping='0.00001'/>")
     assert "; fixed from robot_3" in call(work, "fix", robot="robot_3")
+
+
+def test_a_fix_leaves_alone_what_the_job_keeps(tmp_path: Path) -> None:
+    robot = small_arm(damping=0.00001).replace("<worldbody>", '<option integrator="implicitfast"/><worldbody>')
+    brief = load_task("button_pushing").brief()
+    free, kept = (
+        Workspace(tmp_path / name, job=Job(brief.model_copy(update={"starting_robot": robot, "keep": keep})))
+        for name, keep in (("free", ()), ("kept", (Keep(name="bend1"),)))
+    )
+    for work in (free, kept):
+        call(work, "validate", mjcf=robot, functional_part="tip")
+    assert "damp_hinges" not in call(free, "fix", robot="robot_1")
+    assert 'Left out damp_hinges, which would change a part to keep: Of "bend1"' in call(kept, "fix", robot="robot_1")
 
 
 def test_a_robot_is_tested_and_measured_as_it_was_validated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -22,7 +22,6 @@ FAR = 'kind = "travel"\ndistance_m = {}\ntime_limit_s = 4\nhold_s = 0.2\n'
 
 @pytest.fixture(autouse=True)
 def brief_trials(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(trial, "STEPS_PER_S", 0)
     monkeypatch.setattr(trial, "LEAST_STEPS", 60_000)
     monkeypatch.setattr(trial, "LONGEST_S", 2.0)
 

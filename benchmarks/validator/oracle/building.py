@@ -12,7 +12,8 @@ from itertools import pairwise
 
 import mujoco
 import numpy as np
-from benchmarks.validator.oracle.loop import GRAVITY_M_S2, Array, Bench, Trace
+from benchmarks.validator.oracle.loop import GRAVITY_M_S2, Bench
+from benchmarks.validator.oracle.trace import Array, Trace
 from numpy.typing import NDArray
 
 _SITE, _JOINT = int(mujoco.mjtWrap.mjWRAP_SITE), int(mujoco.mjtWrap.mjWRAP_JOINT)

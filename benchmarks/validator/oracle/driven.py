@@ -8,7 +8,8 @@ from functools import partial
 
 import mujoco
 import numpy as np
-from benchmarks.validator.oracle.loop import GRAVITY_M_S2, Bench, Trace
+from benchmarks.validator.oracle.loop import GRAVITY_M_S2, Bench
+from benchmarks.validator.oracle.trace import Trace
 
 _HINGE, _SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 _TURN_RAD_S, _BODY_M_S = 200.0, 50.0

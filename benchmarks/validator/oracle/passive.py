@@ -6,7 +6,8 @@ import math
 
 import mujoco
 import numpy as np
-from benchmarks.validator.oracle.loop import Bench, Trace
+from benchmarks.validator.oracle.loop import Bench
+from benchmarks.validator.oracle.trace import Trace
 
 
 def collapse_by_gravity(bench: Bench) -> float:

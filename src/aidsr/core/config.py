@@ -65,7 +65,7 @@ StudyMethod = Literal[
 
 From the paper: the full method ("full"); with a person's feedback as an additional round on the same designs ("human")
 or as the only feedback ("human_only"); and ablations ("no_judge", "no_integrator", "no_judge_or_integrator",
-"no_validation", "direct"). Additional: without mechanical repairs ("no_repairs"), without actuator groups
+"no_validation", "direct"). Additional: without automatic fixes ("no_repairs"), without actuator groups
 ("no_groups"), with training from a probed motion ("from_probe"), with feedback from the task ("task_feedback"), and
 with one model that measures instead of the four roles ("measuring")."""
 

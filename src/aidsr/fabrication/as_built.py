@@ -127,6 +127,7 @@ def rewrite(
     spec = parse_mjcf(mjcf)
     write_out_inertias(spec)
     model = spec.compile()
+    _write_out_springs(spec, model)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     bodies = {int(body.id): body for body in spec.bodies}
@@ -147,12 +148,33 @@ def rewrite(
     return str(spec.to_xml())
 
 
+def _write_out_springs(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
+    """Replace the time constant and damping ratio of joints by the stiffness and damping made of them.
+
+    With both of `springdamper`, the compiler ignores a stiffness that is set, and makes another one as masses change.
+
+    Source: MuJoCo XML reference, body/joint, springdamper.
+    """
+    for joint in spec.joints:
+        if min(joint.springdamper) > 0:
+            number = int(joint.id)
+            dof = int(model.jnt_dofadr[number])
+            joint.stiffness = _of_first_order(joint.stiffness, np.ravel(model.jnt_stiffness[number])[0])
+            joint.damping = _of_first_order(joint.damping, np.ravel(model.dof_damping[dof])[0])
+            joint.springdamper = [0.0, 0.0]
+
+
+def _of_first_order(before: Any, value: float) -> Any:
+    """Return a stiffness or damping of a value that does not depend on the position, in the form of the one before.
+
+    Some versions of MuJoCo have one number, others the coefficients of a polynomial.
+    """
+    return [float(value), *([0.0] * (len(before) - 1))] if np.ndim(before) else float(value)
+
+
 def _bend(joint: Any, new: dict[str, float], *, degree: bool) -> None:
     """Set the stiffness [N m/rad] of a joint, at rest in the initial pose, and its range [rad], symmetric about it."""
-    if np.ndim(joint.stiffness):
-        joint.stiffness = [new["stiffness"], *([0.0] * (len(joint.stiffness) - 1))]
-    else:
-        joint.stiffness = new["stiffness"]
+    joint.stiffness = _of_first_order(joint.stiffness, new["stiffness"])
     joint.springref = joint.ref
     most = math.degrees(new["range"]) if degree else new["range"]
     joint.range = [0.0, most] if joint.type == mujoco.mjtJoint.mjJNT_BALL else [joint.ref - most, joint.ref + most]

@@ -94,8 +94,9 @@ def design_hinges(anatomy: Anatomy, skeleton: Skeleton, material: Material) -> H
     """Return the hinges of a robot that is printed from a material: necks for an elastomer, else rods."""
     hinges: dict[int, Hinge] = {}
     backbones: list[Backbone] = []
-    faults = list(elastic_faults(anatomy))
-    makeable = {index for index, joint in enumerate(anatomy.joints) if not unsupported_reason(joint)}
+    faults = list(elastic_faults(anatomy, skeleton))
+    joints_and_gaps = zip(anatomy.joints, skeleton.gaps, strict=True)
+    makeable = {index for index, (joint, gap) in enumerate(joints_and_gaps) if not unsupported_reason(joint, gap)}
     for limb in skeleton.limbs:
         joints = tuple(index for index in limb if index in makeable)
         if material.elastomer:

@@ -8,10 +8,11 @@ from pathlib import Path
 from lxml import etree
 
 from aidsr.core.arguments import as_names, check_type
-from aidsr.core.artifacts import Fault, Robot, Scene, ValidationReport
+from aidsr.core.artifacts import Fault, Keep, Robot, Scene, ValidationReport
 from aidsr.core.errors import IsolationError, MjcfError, UserError
 from aidsr.core.suggestions import closest_name
 from aidsr.fixes import markup
+from aidsr.fixes.keeping import Keeping
 from aidsr.fixes.record import EditDocument, Fix, FixResult, Request
 from aidsr.fixes.registry import FIXES, ON_DOCUMENT
 from aidsr.mjcf.edit import to_text
@@ -29,6 +30,7 @@ def fix(
     *,
     only: str | Collection[str] | None = None,
     kept_names: str | Collection[str] = (),
+    keep: Sequence[Keep] = (),
 ) -> FixResult:
     """Apply automatic fixes to an MJCF text.
 
@@ -47,6 +49,8 @@ def fix(
         only: Name or names of the fixes that may be applied; None for all.
         kept_names: Names that are referred to outside the text, such as a robot's functional part; safe fixes do not
             change them.
+        keep: Parts that should not change. A fix that would change one is left out, and a note names both; fixes of
+            text that is not well-formed XML are applied all the same, as nothing in it has a value before.
 
     Raises:
         TypeError: `mjcf` or `faults` has another type.
@@ -57,7 +61,7 @@ def fix(
     found = _faults_of(faults)
     names = [each.name for each in FIXES] if only is None else _known_fixes(as_names(only))
     try:
-        return _fix_text(text, found, names, list(as_names(kept_names)))
+        return _fix_text(text, found, names, list(as_names(kept_names)), list(keep))
     except IsolationError:
         return FixResult(mjcf=text, unfixed=_codes(found or ()))
 
@@ -94,25 +98,28 @@ def _known_fixes(only: Sequence[str]) -> list[str]:
     return list(only)
 
 
-def leave_as_written(mjcf: str, *, kept_names: Collection[str] = ()) -> FixResult:
+def leave_as_written(mjcf: str, *, kept_names: Collection[str] = (), keep: Sequence[Keep] = ()) -> FixResult:
     """Return the text unchanged; replaces `fix` where robots should be examined as they were written."""
-    del kept_names
+    del kept_names, keep
     return FixResult(mjcf=mjcf)
 
 
 @isolated
-def _fix_text(text: str, faults: list[Fault] | None, only: list[str], kept_names: list[str]) -> FixResult:
+def _fix_text(
+    text: str, faults: list[Fault] | None, only: list[str], kept_names: list[str], keep: list[Keep]
+) -> FixResult:
     """Fix a text in an isolated process; `faults` is None for safe fixes only, `only` names the allowed fixes."""
     fixes = [each for each in ON_DOCUMENT if each.name in only]
     try:
         readable, document, notes = _read(text, only)
     except MjcfError as error:
         return FixResult(mjcf=text, unfixed=_codes([*(faults or ()), *error.faults]))
+    keeping = Keeping(document.root, keep)
     if faults is not None:
-        return _cure(readable, document, fixes, faults, notes)
+        return _cure(readable, document, fixes, faults, notes, keeping)
     if dangers := check_safety(document):
         return FixResult(mjcf=text, unfixed=_codes(dangers))
-    return _apply_safe(readable, document, fixes, frozenset(kept_names), notes)
+    return _apply_safe(readable, document, fixes, frozenset(kept_names), notes, keeping)
 
 
 def _read(text: str, only: Collection[str]) -> tuple[str, Document, dict[str, list[str]]]:
@@ -145,17 +152,18 @@ def _apply_safe(
     fixes: Sequence[Fix[EditDocument]],
     kept_names: frozenset[str],
     notes: Mapping[str, list[str]],
+    keeping: Keeping,
 ) -> FixResult:
     """Apply all safe fixes; comments, layout and line ends are preserved."""
     request = Request(kept_names=kept_names)
-    changed = {each.name: list(each.apply(document.root, request)) for each in fixes if each.safe}
+    changed = {each.name: keeping.apply(each, request) for each in fixes if each.safe}
     put_aside = document.notes if any(changed.values()) else ()
     if any(changed.values()):
         text = _with_line_ends_of(text, etree.tostring(document.root.getroottree(), encoding="unicode"))
     done = {name: each for name, each in {**notes, **changed}.items() if each}
     return FixResult(
         mjcf=text,
-        notes=(*put_aside, *(note for each in done.values() for note in each)),
+        notes=(*put_aside, *(note for each in done.values() for note in each), *keeping.left_out),
         counts={name: len(each) for name, each in done.items()},
         unfixed=_codes(check_document(document)),
     )
@@ -172,12 +180,13 @@ def _cure(
     fixes: Sequence[Fix[EditDocument]],
     faults: Sequence[Fault],
     notes: Mapping[str, list[str]],
+    keeping: Keeping,
 ) -> FixResult:
     """Apply for each fault code the first fix that changes something; a changed document is indented again."""
     done = {"xml_syntax": dict(notes)} if notes else {}
     for fault in _one_per_code(faults):
         if fault.code not in done:
-            done[fault.code] = _cure_one(document, fixes, fault)
+            done[fault.code] = _cure_one(document, fixes, fault, keeping)
     counts: dict[str, int] = {}
     for by_fix in done.values():
         for name, each in by_fix.items():
@@ -187,20 +196,23 @@ def _cure(
         notes=(
             *(document.notes if counts else ()),
             *(f"{code}: {_summary(by_fix)}" for code, by_fix in done.items() if by_fix),
+            *keeping.left_out,
         ),
         counts=counts,
         unfixed=tuple(code for code, by_fix in done.items() if not by_fix),
     )
 
 
-def _cure_one(document: Document, fixes: Sequence[Fix[EditDocument]], fault: Fault) -> dict[str, list[str]]:
+def _cure_one(
+    document: Document, fixes: Sequence[Fix[EditDocument]], fault: Fault, keeping: Keeping
+) -> dict[str, list[str]]:
     """Apply fixes for a fault and return their notes, by name of the fix.
 
     After the first fix that changes something, more are only applied while `check_document` still finds the fault.
     """
     done: dict[str, list[str]] = {}
     for each in fixes:
-        if fault.code in each.cures and (notes := list(each.apply(document.root, Request(fault)))):
+        if fault.code in each.cures and (notes := keeping.apply(each, Request(fault))):
             done[each.name] = notes
             if fault.code not in _codes(check_document(document)):
                 break

@@ -8,7 +8,7 @@ from pathlib import Path
 from aidsr.core.calls import Usage
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
-from aidsr.runs import Run, read_status
+from aidsr.runs import RUN_FILE, Run, read_status
 from aidsr.teams.providers import is_offline, price_usd
 
 _TYPICAL = Usage(calls=6, input_tokens=36_000, output_tokens=18_000)
@@ -53,7 +53,7 @@ def estimate(config: RunConfig, runs: Path) -> Estimate:
 def _earlier(config: RunConfig, runs: Path) -> list[Usage]:
     """Return the usage of each finished design by the same model in the same team; unreadable runs are skipped."""
     found = []
-    for record in sorted(runs.glob("*/run.json")):
+    for record in sorted(runs.glob(f"*/{RUN_FILE}")):
         try:
             status = read_status(Run(record.parent))
         except UserError:

@@ -143,11 +143,13 @@ class Iteration:
     def _fixed(self, written: Robot) -> Robot:
         """Return the Coder's robot after automatic fixes; the fixes and the original are stored beside it."""
         actuators = (name for group in written.actuator_groups for name in group.actuators)
-        fixed = self.parts.repair(written.mjcf, kept_names={written.functional_part, *actuators})
+        kept_names = {written.functional_part, *actuators}
+        fixed = self.parts.repair(written.mjcf, kept_names=kept_names, keep=self.brief.keep)
+        if fixed.notes:
+            self.folder.repairs.write(fixed.repairs)
         if not fixed.total:
             return written
         self.folder.robot_as_written.write(written.mjcf.encode())
-        self.folder.repairs.write(fixed.repairs)
         self.log.write(Repaired(iteration=self.folder.number, counts=fixed.counts))
         return written.model_copy(update={"mjcf": fixed.mjcf})
 

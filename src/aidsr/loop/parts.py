@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from aidsr.core.artifacts import Decision, Placement, Robot, Scene, TaskReport, ValidationReport
+from aidsr.core.artifacts import Decision, Keep, Placement, Robot, Scene, TaskReport, ValidationReport
 from aidsr.core.roles import Team
 from aidsr.loop.early_stop import never_stop
 from aidsr.loop.routing import Change
@@ -39,8 +39,11 @@ TryOnTask = Callable[[Robot, Scene], TaskReport]
 class Repair(Protocol):
     """Fixes unambiguous mistakes in the MJCF of a robot."""
 
-    def __call__(self, mjcf: str, *, kept_names: Collection[str] = ()) -> FixResult:
-        """Return the fixed text and the list of fixes; names in `kept_names` are used outside the text and are kept."""
+    def __call__(self, mjcf: str, *, kept_names: Collection[str] = (), keep: Sequence[Keep] = ()) -> FixResult:
+        """Return the fixed text and the list of fixes.
+
+        Names in `kept_names` are used outside the text and are kept; parts in `keep` are left alone.
+        """
         ...
 
 

@@ -241,7 +241,7 @@ def create_run(
     """
     check_model(config, config.budget, model)
     check_trial(config, measured=bool(brief.task or goal))
-    brief = brief.model_copy(update={"lessons": _lessons(config, brief)})
+    brief = brief.model_copy(update={"lessons": _lessons(config, brief, level)})
     record = RunRecord(
         objective=brief.objective,
         task=brief.task,
@@ -265,7 +265,7 @@ def check_memory(config: RunConfig) -> None:
         raise UserError(f"the memory {path} does not exist; make it with aidsr memory add {path} RUN")
 
 
-def _lessons(config: RunConfig, brief: Brief) -> tuple[str, ...]:
+def _lessons(config: RunConfig, brief: Brief, level: str) -> tuple[str, ...]:
     """Return the lessons of the run's memory for its designer; a replay gets those of the recorded run.
 
     Raises:
@@ -277,7 +277,8 @@ def _lessons(config: RunConfig, brief: Brief) -> tuple[str, ...]:
         return ()
     path = Path(config.memory)
     check_memory(config)
-    return Memory(path).tell(brief.objective, brief.base, without=(brief.task,) if config.memory_without_task else ())
+    without = (brief.task,) if config.memory_without_task else ()
+    return Memory(path).tell(brief.objective, brief.base, level=level, without=without)
 
 
 def _replayed(config: RunConfig) -> Model | None:

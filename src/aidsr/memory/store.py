@@ -115,14 +115,25 @@ class Memory:
         return tuple(lesson for job in nearest_first for lesson in chosen[job])
 
     def tell(
-        self, objective: str, base: Base = "any", count: int = TOLD, *, without: Collection[str] = ()
+        self, objective: str, base: Base = "any", count: int = TOLD, *, level: str = "", without: Collection[str] = ()
     ) -> tuple[str, ...]:
-        """Return the lessons of `recall` as text; a lesson on another job begins with that job."""
-        recalled = self.recall(objective, base, count, without=without)
-        return tuple(
-            lesson.text() if lesson.objective == objective else f"Job: {lesson.job} {lesson.text()}"
-            for lesson in recalled
-        )
+        """Return the lessons of `recall` as text; a lesson on another job, or on another level of it, says so.
+
+        Args:
+            objective: Objective of the job, as the next three arguments of `recall`.
+            base: How the robot is held in this job.
+            count: Maximum number of lessons.
+            level: Level of the job's task; "" if it has none, or if the level is not compared.
+            without: Names of tasks whose lessons are left out.
+        """
+
+        def told(lesson: Lesson) -> str:
+            if lesson.objective != objective:
+                return f"Job: {lesson.job} {lesson.text()}"
+            other_level = level and lesson.level and lesson.level != level
+            return f"At level {lesson.level}: {lesson.text()}" if other_level else lesson.text()
+
+        return tuple(map(told, self.recall(objective, base, count, without=without)))
 
 
 def elites(lessons: Iterable[Lesson]) -> tuple[Lesson, ...]:

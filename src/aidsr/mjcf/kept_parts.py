@@ -34,7 +34,28 @@ def changes_to_kept_parts(before: str, after: str, keep: Sequence[Keep]) -> list
         IsolationError: The comparison exceeded its limits of time or memory.
     """
     old, new = (parse_document(text).root for text in (before, after))
+    return changes_between(old, new, keep)
+
+
+def changes_between(old: Element, new: Element, keep: Sequence[Keep]) -> list[str]:
+    """Return one sentence for each change of a part that should be kept, see `changes_to_kept_parts`.
+
+    Args:
+        old: Root element of the original document.
+        new: Root element of the changed document.
+        keep: Parts that should not change.
+    """
     return [sentence for each in keep for sentence in _changes_to(each, old, new)]
+
+
+def parts_in(root: Element, keep: Sequence[Keep]) -> list[Keep]:
+    """Return those of some parts to keep that a document has.
+
+    Args:
+        root: Root element of the document.
+        keep: Parts that should not change.
+    """
+    return [each for each in keep if _find(root, each.name) is not None]
 
 
 def changes_in_words(changes: Sequence[str]) -> str:

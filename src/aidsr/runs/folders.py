@@ -40,6 +40,9 @@ from aidsr.runs.files import BytesFile, JsonFile, MjcfFile
 from aidsr.runs.origin import mark_as_ours
 from aidsr.runs.record import RunRecord
 
+RUN_FILE = "run.json"
+"""Name of the file by which a folder is known as a run."""
+
 
 @dataclass(frozen=True)
 class IterationFolder:
@@ -192,6 +195,21 @@ class DesignFolder:
         """MJCF of the approved robot alone."""
         return BytesFile(self.path / "final_robot.xml")
 
+    @property
+    def probe(self) -> Path:
+        """File with the report of the design's probe, an `aidsr.learn.openloop.ProbeReport`."""
+        return self.path / "probe.json"
+
+    @property
+    def probe_picture(self) -> Path:
+        """Moments of the best motion of that probe, as PNG."""
+        return self.probe.with_suffix(".png")
+
+    @property
+    def trainings(self) -> Path:
+        """Folder of its trainings, see `aidsr.runs.trainings`."""
+        return self.path / "training"
+
     def iteration(self, number: int) -> IterationFolder:
         """Return the folder of one iteration, which need not exist."""
         return IterationFolder(self.path / f"{number:02d}")
@@ -235,7 +253,7 @@ class Run:
     @property
     def record(self) -> JsonFile[RunRecord]:
         """The request: objective, task, configuration, versions."""
-        return JsonFile(self.path / "run.json", RunRecord)
+        return JsonFile(self.path / RUN_FILE, RunRecord)
 
     @property
     def events(self) -> Path:

@@ -11,7 +11,7 @@ from aidsr.core.arguments import check_type
 from aidsr.core.errors import UserError
 from aidsr.core.plain_tree import require_plain_tree
 from aidsr.runs.events import at_work
-from aidsr.runs.folders import Run
+from aidsr.runs.folders import RUN_FILE, Run
 
 _TRASH = ".trash"
 _NAME = re.compile(r"\w[\w .+()-]{0,199}(?<! )")
@@ -112,7 +112,7 @@ def fingerprint(run: Run) -> tuple[tuple[str, int, int], ...]:
 
     It is cheap enough to compute every second, so that a run is only read again after a change.
     """
-    names = ["run.json", "events.jsonl", "calls", "designs"]
+    names = [RUN_FILE, "events.jsonl", "calls", "designs"]
     each = ["events.jsonl", "outcome.json", "[0-9][0-9]*", "[0-9][0-9]*/calls", "training"]
     trainings = ["training/[0-9]*", "training/[0-9]*/*.csv", "training/[0-9]*/*.json", "training/[0-9]*/*.mp4"]
     paths = [run.path / name for name in names]
@@ -122,7 +122,7 @@ def fingerprint(run: Run) -> tuple[tuple[str, int, int], ...]:
 
 
 def _is_run(path: Path) -> bool:
-    file = path / "run.json"
+    file = path / RUN_FILE
     try:
         return file.is_file() and not file.is_symlink()
     except OSError:  # a folder that may not be read, such as lost+found
@@ -139,7 +139,7 @@ def _mark(path: Path) -> tuple[str, int, int] | None:
 
 def _begun(path: Path) -> tuple[datetime, str]:
     """Return when a run was created, from its record or else the time of run.json, and the folder's name for ties."""
-    mark = _mark(path / "run.json")
+    mark = _mark(path / RUN_FILE)
     written = datetime.fromtimestamp(mark[1] / 1e9 if mark else 0.0).astimezone()
     try:
         record = Run(path).record.read()

@@ -63,13 +63,13 @@ def _stages(iteration: IterationFolder, at_work: str, *, had_robot: bool) -> tup
     robot, scene, critique = iteration.robot_report.read(), iteration.scene_report.read(), iteration.critique.read()
     made = iteration.robot.xml.path.exists()
     repairs = iteration.repairs.read()
-    repaired = f", {repairs.total} repaired" if repairs else ""
+    fixed = f", {counted(repairs.total, 'automatic fix')}" if repairs and repairs.total else ""
     stages = [
         _stage(
             "robot",
             at_work,
             "done" if made else "kept" if had_robot else "none",
-            ("new" if made else "kept") + repaired,
+            ("new" if made else "kept") + fixed,
         ),
         _stage("robot stable", at_work, *_stability(robot))
         if robot

@@ -121,6 +121,11 @@ class Training:
         return JsonFile(self.path / "evaluation.json", Evaluation)
 
     @property
+    def policy(self) -> Path:
+        """The trained policy, as `aidsr.learn.rl` stores it; absent during training."""
+        return self.path / "policy.zip"
+
+    @property
     def inspection(self) -> JsonFile[Inspection]:
         """A person's assessment."""
         return JsonFile(self.path / "inspection.json", Inspection)
@@ -153,8 +158,9 @@ def trainings_of(design: str | Path | DesignFolder) -> tuple[Training, ...]:
         TypeError: `design` has another type.
     """
     check_type(design, (str, Path, DesignFolder), "design must be a design or its folder")
-    folder = (design.path if isinstance(design, DesignFolder) else Path(design)) / "training"
-    return tuple(Training(path) for path in numbered_in(folder) if (path / "config.json").exists())
+    folder = design if isinstance(design, DesignFolder) else DesignFolder(Path(design))
+    trainings = map(Training, numbered_in(folder.trainings))
+    return tuple(training for training in trainings if training.config.path.exists())
 
 
 def verdict_in_words(training: Training) -> str:

@@ -18,7 +18,7 @@ from aidsr.studies.cluster import RayPool
 from aidsr.studies.pool import LocalPool
 from aidsr.studies.report import write_report
 from aidsr.studies.runner import Progress, run_study
-from aidsr.studies.study import Study, StudyPlan, create_study, open_study, require_study_is_ours
+from aidsr.studies.study import STUDY_FILE, Study, StudyPlan, create_study, open_study, require_study_is_ours
 
 if TYPE_CHECKING:
     from aidsr.tasks import Level
@@ -150,7 +150,7 @@ def find_study(path: Path, plan: StudyPlan | None) -> Study:
     """
     if plan is None:
         return open_study(path)
-    return create_study(path, plan) if (path / "study.toml").exists() else Study(path, plan)
+    return create_study(path, plan) if (path / STUDY_FILE).exists() else Study(path, plan)
 
 
 def check_machine(study: Study, ray: str = "") -> None:

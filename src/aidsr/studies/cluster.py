@@ -14,7 +14,7 @@ from typing import Any
 from aidsr.core.errors import Limit, UserError
 from aidsr.studies.jobs import Job, output_of_job
 from aidsr.studies.pool import EndedJob
-from aidsr.studies.study import open_study
+from aidsr.studies.study import STUDY_FILE, open_study
 
 
 def run_packed_job(packed: bytes, job: dict[str, object]) -> tuple[bytes, str, tuple[Limit, ...]]:
@@ -135,7 +135,7 @@ class RayPool:
         study = open_study(self._study)
         continued = study.continued_cell(job.cell) if job.stage == "design" else None
         runs = [study.home(cell) for cell in (job.cell, continued) if cell]
-        packed = pack(self._study, self._study / "study.toml", *runs)
+        packed = pack(self._study, self._study / STUDY_FILE, *runs)
         self._began[self._perform.remote(packed, job.as_dict())] = (job, time.monotonic())
 
     def wait(self) -> EndedJob:

@@ -19,9 +19,10 @@ from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import AidsrError, BudgetError, Limit, UserError
 from aidsr.loop.run import create_run, make_brief, parts_of, replace_budget
 from aidsr.loop.runner import run_designs
-from aidsr.runs import DesignFolder, Run, read_status
+from aidsr.runs import RUN_FILE, DesignFolder, Run, read_status
 from aidsr.runs.files import JsonFile
 from aidsr.runs.origin import MARK, mark_as_ours
+from aidsr.runs.trainings import Training
 from aidsr.studies.planned import (
     PROBE_SEED,
     planned_recipe,
@@ -90,7 +91,7 @@ def pending_in(study: Study, cell: Cell) -> Iterator[Job]:
         if not (design.path / VERIFIED).exists():
             yield Job(cell, "verify", design.number)
         for seed in range(study.plan.seeds):
-            judged = (training_folder_of(design, seed) / "evaluation.json").exists()
+            judged = Training(training_folder_of(design, seed)).evaluation.path.exists()
             if not judged or unplanned_settings(study, cell, design, seed):
                 yield Job(cell, "train", design.number, seed)
         if study.plan.probe and (not read_probe(design) or unplanned_probe(study, cell, design)):
@@ -130,7 +131,7 @@ def output_of_job(study: Study, job: Job) -> Path:
     design = _design_of(study, job)
     if job.stage == "train":
         return training_folder_of(design, job.seed)
-    return design.path / (VERIFIED if job.stage == "verify" else "probe.json")
+    return design.path / VERIFIED if job.stage == "verify" else design.probe
 
 
 def run_job(study: Path, job: Job) -> None:
@@ -199,7 +200,7 @@ def _require_model_of_arm(run: Run, model: str) -> None:
 
 
 _NOT_DESIGNING = (
-    "run.json",
+    RUN_FILE,
     "budget.json",
     "summary.html",
     "outcome.json",
@@ -260,7 +261,7 @@ def _probe(study: Study, job: Job) -> None:
     from aidsr.learn.openloop import ProbeReport, probe
 
     design = _design_of(study, job)
-    _refuse_unplanned(design.path / "probe.json", unplanned_probe(study, job.cell, design))
+    _refuse_unplanned(design.probe, unplanned_probe(study, job.cell, design))
     report = probe(
         design.final_scene.path,
         job.cell.task,
@@ -270,7 +271,7 @@ def _probe(study: Study, job: Job) -> None:
         seed=PROBE_SEED,
         threads=1,
     )
-    JsonFile(design.path / "probe.json", ProbeReport).write(report)
+    JsonFile(design.probe, ProbeReport).write(report)
 
 
 def _refuse_unplanned(made: Path, differing: Sequence[str]) -> None:

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from statistics import fmean
+from typing import Any
 
 from pydantic import ConfigDict
 
@@ -216,7 +217,7 @@ def read_repairs(study: Study) -> tuple[Counter[str], list[Repair]]:
 
 
 def count_repairs(study: Study) -> Counter[str]:
-    """Return how often each kind of mechanical repair was applied to a robot before it was validated."""
+    """Return how often each kind of automatic fix was applied to a robot before it was validated."""
     found = Counter[str]()
     for design, copied in _designs(study):
         for iteration in design.iterations[copied:]:
@@ -243,14 +244,14 @@ def _changed(concept: bool, robot: bool) -> str:
 def _evaluations(design: DesignFolder, seeds: Iterable[int]) -> Iterator[tuple[int, Evaluation]]:
     """Yield the seed and the evaluation of each policy that was evaluated."""
     for seed in seeds:
-        found = JsonFile(training_folder_of(design, seed) / "evaluation.json", Evaluation).read()
+        found = Training(training_folder_of(design, seed)).evaluation.read()
         if found is not None:
             yield seed, found
 
 
-def _results(design: DesignFolder, seeds: Iterable[int]) -> Sequence[dict[str, float]]:
-    files = (JsonFile(training_folder_of(design, seed) / "training.json", dict[str, object]).read() for seed in seeds)
-    return [found for found in files if found is not None]  # type: ignore[misc]
+def _results(design: DesignFolder, seeds: Iterable[int]) -> Sequence[dict[str, Any]]:
+    files = (Training(training_folder_of(design, seed)).result.read() for seed in seeds)
+    return [found for found in files if found is not None]
 
 
 def _probed(study: Study, cell: Cell, design: DesignFolder) -> float | None:

@@ -29,7 +29,7 @@ compared, because a protocol's values may change from version to version, and fi
 
 def training_folder_of(design: DesignFolder, seed: int) -> Path:
     """Return the training folder of a design's policy; 001 belongs to seed 0."""
-    return design.path / "training" / f"{seed + 1:03d}"
+    return design.trainings / f"{seed + 1:03d}"
 
 
 def robot_of(design: DesignFolder) -> Robot:
@@ -104,7 +104,7 @@ def read_probe(design: DesignFolder) -> dict[str, Any]:
     Raises:
         UserError: probe.json cannot be read.
     """
-    return JsonFile(design.path / "probe.json", dict[str, Any]).read() or {}
+    return JsonFile(design.probe, dict[str, Any]).read() or {}
 
 
 @lru_cache(maxsize=100)

@@ -164,11 +164,12 @@ def read_failures(study: Study) -> list[dict[str, object]]:
     Raises:
         UserError: A complete line is not a failed attempt.
     """
-    path = study.path / "failures.jsonl"
+    path = study.path / _FAILURES
     lines = path.read_bytes().split(b"\n")[:-1] if path.exists() else []
     return [_failure(path, number, line) for number, line in enumerate(lines, start=1)]
 
 
+_FAILURES = "failures.jsonl"
 _KEYS = ("time", "job", "attempt", "error")
 
 
@@ -187,7 +188,7 @@ def _note_failure(study: Study, ended: EndedJob, attempt: int) -> None:
     time = datetime.now(UTC).isoformat(timespec="seconds")
     error = ended.error or "the job ended without writing its output"
     note = dict(zip(_KEYS, (time, ended.job.name, attempt, error), strict=True))
-    with (study.path / "failures.jsonl").open("a+b") as file:
+    with (study.path / _FAILURES).open("a+b") as file:
         file.seek(0)
         file.truncate(file.read().rfind(b"\n") + 1)
         file.write(json.dumps(note).encode() + b"\n")

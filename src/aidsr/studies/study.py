@@ -19,13 +19,15 @@ from aidsr.core.errors import UserError
 from aidsr.core.plain_tree import require_plain_tree
 from aidsr.core.provenance import versions_of
 from aidsr.core.text_files import parse_toml, read_text_file
-from aidsr.runs import Run
+from aidsr.runs import RUN_FILE, Run
 from aidsr.runs.origin import mark_as_ours, require_ours
 from aidsr.studies.file_errors import first_error
 from aidsr.tasks import BENCHMARK_VERSION
 from aidsr.teams.providers import destination
 from aidsr.teams.providers.offline import REFERENCE, SEARCH
 
+STUDY_FILE = "study.toml"
+"""Name of the file with the plan of a study."""
 _PACKAGES = ("aidsr", "mujoco", "numpy", "cma", "pydantic-ai-slim", "stable-baselines3", "torch")
 _BASELINES = {REFERENCE.prefix: "robots designed by hand", SEARCH.prefix: "parameters found by CMA-ES"}
 _METHODS: dict[Method, str] = {
@@ -69,7 +71,7 @@ class Arm(Artifact):
         if config.model == SEARCH.prefix:
             changes[0] += f" over {changed.pop('search_robots', config.search_robots)} robots"
         changes += [_METHODS[config.method]] if config.method != "full" else []
-        changes += ["no mechanical repairs"] * (not config.repairs)
+        changes += ["no automatic fixes"] * (not config.repairs)
         changes += ["tried on its task"] * config.task_feedback
         changes += [f"{key} {json.dumps(value).strip(chr(34))}" for key, value in changed.items()]
         changes += ["a person's feedback"] * bool(self.feedback) + ["no actuator groups"] * (self.grouping == "off")
@@ -182,7 +184,7 @@ class Study:
 
     def run(self, cell: Cell) -> Run | None:
         """Return a cell's run, or None if it has not started."""
-        found = sorted(self.home(cell).glob("*/run.json"))
+        found = sorted(self.home(cell).glob(f"*/{RUN_FILE}"))
         return Run(found[0].parent) if found else None
 
 
@@ -197,7 +199,7 @@ def create_study(path: Path, plan: StudyPlan) -> Study:
     Raises:
         UserError: The folder holds a study with another plan.
     """
-    file = path / "study.toml"
+    file = path / STUDY_FILE
     if file.exists():
         found = open_study(path)
         if _frozen_options(found.plan) != _frozen_options(plan):
@@ -223,9 +225,9 @@ def require_study_is_ours(study: Study, *, trust: bool) -> None:
     Raises:
         ForeignFolderError: The study is such a study and `trust` is false.
     """
-    if not (study.path / "study.toml").exists():
+    if not (study.path / STUDY_FILE).exists():
         return
-    require_ours(study.path / "study.toml", [destination(arm.config.model) for arm in study.plan.arms], trust=trust)
+    require_ours(study.path / STUDY_FILE, [destination(arm.config.model) for arm in study.plan.arms], trust=trust)
 
 
 def open_study(path: str | Path) -> Study:
@@ -240,13 +242,13 @@ def open_study(path: str | Path) -> Study:
     """
     check_type(path, (str, Path), "a study must be given as the path of its folder")
     path = Path(path)
-    if not (path / "study.toml").exists():
-        a_run = f"it is a run: aidsr show {shlex.quote(str(path))}" if (path / "run.json").exists() else ""
+    if not (path / STUDY_FILE).exists():
+        a_run = f"it is a run: aidsr show {shlex.quote(str(path))}" if (path / RUN_FILE).exists() else ""
         cure = a_run or "give the folder of a study, as studies/first"
         raise UserError(f"{path} is not a study folder: study.toml not found; {cure}")
     require_plain_tree(path)
     try:
-        text = read_text_file(path / "study.toml", max_bytes=_MAX_BYTES)
+        text = read_text_file(path / STUDY_FILE, max_bytes=_MAX_BYTES)
         return Study(path, StudyPlan.model_validate(fill_protocol(parse_toml(text))))
     except ValidationError as error:
         raise UserError(f"{path / 'study.toml'} is not a study plan: {first_error(error)}; {_RESTORE}") from None

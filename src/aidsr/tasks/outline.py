@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+if TYPE_CHECKING:
+    from aidsr.tasks.readings import FloatArray
 
 SPHERES = 3
 """Number of spheres along the longest axis of each geom of a strung outline: at both ends and in the middle."""

@@ -322,7 +322,7 @@ class Task(ABC):
             return {}
         return {self.criteria.failure: self.is_failure(readings, state)}
 
-    def passed_limits(self, state: TaskState) -> tuple[ExceededLimit, ...]:
+    def exceeded_limits(self, state: TaskState) -> tuple[ExceededLimit, ...]:
         """Return the limits that were exceeded in one episode.
 
         Args:

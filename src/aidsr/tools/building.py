@@ -111,9 +111,11 @@ def fix(workspace: Workspace, robot: RobotName) -> Result:
     test = workspace.test_of_robot(robot)
     faults = _tested(workspace, before.mjcf, test).faults
     kept = {before.functional_part, *(name for group in before.actuator_groups for name in group.actuators)} - {""}
-    fixed = fix_mjcf(before.mjcf, faults, kept_names=kept)
+    brief = workspace.brief(test.task)
+    fixed = fix_mjcf(before.mjcf, faults, kept_names=kept, keep=brief.keep if brief else ())
     if not fixed.total:
-        return Result(text=f"nothing of {robot} can be fixed by code: {', '.join(fixed.unfixed) or 'it has no fault'}")
+        none = f"nothing of {robot} can be fixed by code: {', '.join(fixed.unfixed) or 'it has no fault'}"
+        return Result(text="; ".join([none, *fixed.notes]))
     cured = before.model_copy(update={"mjcf": fixed.mjcf})
     return _kept(workspace, cured, (f"fixed from {robot}", *fixed.notes), test)
 

@@ -312,9 +312,8 @@ def evaluate(
     """
     require_extra("rl", "evaluating a policy")
     subject = workspace.subject(scene)
-    finished = [
-        path for path in numbered_in(workspace.folder_of(scene) / _TRAININGS) if (path / "training.json").is_file()
-    ]
+    begun = numbered_in(workspace.folder_of(scene) / _TRAININGS)
+    finished = [path for path in begun if Training(path).result.path.is_file()]
     if not finished:
         raise UserError(f"{scene} has no trained policy; train it first")
     return _judged(subject, finished[-1], episodes, "held_out", "")[0]

@@ -5,8 +5,9 @@ import re
 import pytest
 from jobs import DESERT, brief, concept, free_brief
 
-from aidsr.core.artifacts import Critique, CritiqueIssue, Fault, ValidationReport
+from aidsr.core.artifacts import Critique, CritiqueIssue, Fault, Keep, ValidationReport
 from aidsr.core.errors import UserError
+from aidsr.mjcf.kept_parts import changes_to_kept_parts
 from aidsr.teams import rules as builtin
 from aidsr.teams.rules.coder import RuleCoder
 
@@ -40,6 +41,21 @@ def test_another_authors_robot_without_repair_is_left_and_said() -> None:
     repaired = rules.coder.repair(asked, idea, robot, report)
     assert repaired.mjcf == robot.mjcf
     assert "no repair for no_tendons" in repaired.notes
+
+
+def test_a_fix_leaves_alone_what_a_person_keeps() -> None:
+    text = re.sub('damping="[^"]*"', 'damping="0"', arm())
+    asked = free_brief("Touch the switch.", DESERT, text)
+    rules = builtin.team(1)
+    idea = rules.designer.propose(asked, 1)[0]
+    robot = rules.coder.write(asked, idea)
+    report = ValidationReport(stable=False, faults=(fault("energy_growth"),))
+    assert rules.coder.repair(asked, idea, robot, report).mjcf != robot.mjcf
+    section = re.findall('<body name="(seg[^"]*)"', text)[0]
+    keeping = asked.model_copy(update={"starting_robot": robot.mjcf, "keep": (Keep(name=section),)})
+    repaired = rules.coder.repair(keeping, idea, robot, report)
+    assert changes_to_kept_parts(robot.mjcf, repaired.mjcf, keeping.keep) == []
+    assert "would change a part to keep" in repaired.notes
 
 
 def test_a_free_robot_keeps_its_free_joint_whatever_falls() -> None:

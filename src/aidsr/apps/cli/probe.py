@@ -87,11 +87,12 @@ def probe(
     from aidsr.apps.cli.output_file import require_output
     from aidsr.apps.cli.terminal import make_console, write_document
     from aidsr.core.errors import UserError, with_source
+    from aidsr.runs import DesignFolder
     from aidsr.runs.files import replace_file
 
     if out is not None:
         require_output(out, option="--out", suffix=".json")
-    kept = out if out is not None else design / "probe.json" if design.is_dir() else None
+    kept = out if out is not None else DesignFolder(design).probe if design.is_dir() else None
     if film and kept is None and design.exists():
         raise UserError("--film writes beside the report, and a single scene has none; name one with --out")
     began, next_line = time.monotonic(), 0

@@ -86,7 +86,7 @@ def print_probes(console: Console, run: Run, status: RunStatus) -> None:
     from aidsr.learn.openloop.report import ProbeReport
 
     for folder in (run.design(design.number) for design in status.designs):
-        report = JsonFile(folder.path / "probe.json", ProbeReport).read()
+        report = JsonFile(folder.probe, ProbeReport).read()
         if report is not None:
             console.print(
                 f"design {folder.number}, probe: {report.won} of {len(report.variations)} variations solved, mean best "

@@ -45,14 +45,14 @@ def show(
 
     from aidsr.apps.cli.terminal import make_console, write, write_document
     from aidsr.core.errors import UserError
-    from aidsr.runs import Library, layout_text, read_status
+    from aidsr.runs import RUN_FILE, Library, layout_text, read_status
 
     if layout:
         write(layout_text() + "\n")
         return 0
     if run is None:
         raise UserError("no run given; give the folder of a run, for example a folder in runs/")
-    if not json and not (run / "run.json").exists() and (runs := Library(run).runs()):
+    if not json and not (run / RUN_FILE).exists() and (runs := Library(run).runs()):
         from aidsr.apps.cli.reporting import print_runs
 
         print_runs(make_console(), runs)

@@ -142,7 +142,7 @@ def train(
     )
     try:
         with with_source(design):
-            successful = trainer.train(found, out if out is not None else found.home / "training", grouping)
+            successful = trainer.train(found, out if out is not None else found.trainings, grouping)
     except KeyboardInterrupt:
         same = "the same command without --again" if again else "the same command"
         console.print(f"\n{INTERRUPTED}; repeat {same} to continue", soft_wrap=True)

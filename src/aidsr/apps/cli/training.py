@@ -126,7 +126,7 @@ def train_designs(run: Run, *, steps: int, seeds: int) -> int:
         while left:
             found = find_scene(left[0])
             of_design = replace(trainer, recipe=trainer.recipe.starting_from("own", found.script))
-            successful |= of_design.train(found, found.home / "training")
+            successful |= of_design.train(found, found.trainings)
             left.pop(0)
             write_summary(run, offline=offline)
     except KeyboardInterrupt:

@@ -73,7 +73,7 @@ def validate(
         Also measure how accurate the simulation is: compares each limb with exact elastic rods, with twice the segments
         and with half the time step.
     repair
-        Repair unambiguous mistakes, write the repaired text to this file, and validate it.
+        Fix unambiguous mistakes, write the fixed text to this file, and validate it.
     report
         Also write the report as a self-contained HTML page.
     scope

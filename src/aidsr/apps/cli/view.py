@@ -46,18 +46,18 @@ def model_of(path: Path) -> Path:
     """
     from aidsr.core.errors import UserError
     from aidsr.core.numbered import is_number, numbered_in
-    from aidsr.runs import Run, read_status
+    from aidsr.runs import RUN_FILE, DesignFolder, Run, read_status
 
-    if (path / "run.json").exists():
+    if (path / RUN_FILE).exists():
         raise UserError(f"{path} is a run, not a design; give one of its designs, for example {path / 'designs' / '1'}")
     run = path.parent.parent
-    if not path.exists() and is_number(path.name) and path.parent.name == "designs" and (run / "run.json").exists():
+    if not path.exists() and is_number(path.name) and path.parent.name == "designs" and (run / RUN_FILE).exists():
         read_status(Run(run)).design(int(path.name))  # tells which designs there are
     if not path.is_dir():
         return path
     iterations = [path, *numbered_in(path)]
     candidates = [
-        path / "final.xml",
+        DesignFolder(path).final_scene.path,
         *(it / f"{stem}.xml" for it in reversed(iterations) for stem in ("scene", "robot")),
     ]
     found = next((candidate for candidate in candidates if candidate.exists()), None)

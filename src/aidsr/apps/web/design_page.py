@@ -319,7 +319,7 @@ def _found(page: _Page, facts: tuple[DesignView, str, int]) -> None:
         repairs = iteration.repairs.read()
         if repairs:
             with box("stack tight"):
-                text("Repaired by code", "label")
+                text("Automatic fixes", "label")
                 points(repairs.notes)
 
 

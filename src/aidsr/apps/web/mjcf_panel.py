@@ -29,7 +29,7 @@ class _Text:
 
 
 def mjcf_panel(run: Run, design: DesignFolder, number: int) -> None:
-    """Show the robot, the scene, and the robot as it was before repairs."""
+    """Show the robot, the scene, and the robot as it was before automatic fixes."""
     documents = _documents(run, design, number)
     if not documents:
         text("There is no MJCF yet.", "soft")
@@ -73,7 +73,8 @@ def _draw(run: Run, document: _Text, *, changes: bool) -> None:
 def _documents(run: Run, design: DesignFolder, number: int) -> list[_Text]:
     until = design.leading_to(number)
     found = []
-    for title, name in (("Robot", "robot.xml"), ("Scene", "scene.xml"), ("Before repairs", "robot_as_written.xml")):
+    files = {"Robot": "robot.xml", "Scene": "scene.xml", "Before automatic fixes": "robot_as_written.xml"}
+    for title, name in files.items():
         paths = [it.path / name for it in until if (it.path / name).exists()]
         if title != "Robot":
             paths = [path for path in paths if path.parent.name == f"{number:02d}"]
@@ -90,7 +91,7 @@ def _documents(run: Run, design: DesignFolder, number: int) -> list[_Text]:
                 paths[0].relative_to(run.path).as_posix(),
                 BytesFile(paths[0]).read_text() or "",
                 (BytesFile(earlier).read_text() or "") if earlier else "",
-                validated.faults if validated and title != "Before repairs" else (),
+                validated.faults if validated and title != "Before automatic fixes" else (),
             )
         )
     return found

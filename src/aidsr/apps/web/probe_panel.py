@@ -58,7 +58,7 @@ def probe_panel(site: Site, run: Run, design: DesignFolder, stage: Stage) -> Non
 
 
 def _state(site: Site, run: Run, design: DesignFolder) -> _State:
-    name, file = site.probe_name(run, design.number), design.path / "probe.json"
+    name, file = site.probe_name(run, design.number), design.probe
     written = file.stat().st_mtime_ns if file.exists() else 0
     alive = site.processes.is_alive(name)
     failed = not alive and written < 1e9 * site.processes.started_s(name)
@@ -110,7 +110,7 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
 def _report(site: Site, run: Run, design: DesignFolder, stage: Stage) -> None:
     from aidsr.learn.openloop import ProbeReport
 
-    report = JsonFile(design.path / "probe.json", ProbeReport).read()
+    report = JsonFile(design.probe, ProbeReport).read()
     if report is None:
         return
     with box("sheet stack", "article"):
@@ -124,14 +124,15 @@ def _report(site: Site, run: Run, design: DesignFolder, stage: Stage) -> None:
         for line in ends_in_words([one.episode for one in report.variations], report.hold_s):
             text(line, "small", "p")
         text(f"{report.why_ended.capitalize()}.", "", "p")
-        if (design.path / "probe.png").exists():
-            picture = file_address(run.name, f"designs/{design.number}/probe.png", version=str(_version(design)))
+        if design.probe_picture.exists():
+            name = f"designs/{design.number}/{design.probe_picture.name}"
+            picture = file_address(run.name, name, version=str(_version(design)))
             image(picture, "snapshots of the best motion", "wide")
         _variations(site, run, design, stage, report)
 
 
 def _version(design: DesignFolder) -> int:
-    return (design.path / "probe.png").stat().st_mtime_ns
+    return design.probe_picture.stat().st_mtime_ns
 
 
 def _variations(site: Site, run: Run, design: DesignFolder, stage: Stage, report: ProbeReport) -> None:

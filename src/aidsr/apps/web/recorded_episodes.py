@@ -82,7 +82,7 @@ def kept_recording(site: Site, training: Training, variation: int) -> Path:
     Raises:
         UserError: The training has no policy.
     """
-    policy = training.path / "policy.zip"
+    policy = training.policy
     if not policy.exists():
         raise UserError("the episodes of this training cannot be replayed: policy.zip not found")
     return _kept(site, policy, variation)
@@ -106,7 +106,7 @@ def record_probed(site: Site, run: Run, design: DesignFolder, index: int) -> Epi
     from aidsr.learn.openloop import ProbeReport
     from aidsr.learn.openloop.recorded_motion import record_motion
 
-    file = JsonFile(design.path / "probe.json", ProbeReport)
+    file = JsonFile(design.probe, ProbeReport)
     report = file.read()
     if report is None or not 0 <= index < len(report.variations):
         raise UserError("this probe no longer exists; reload the page")

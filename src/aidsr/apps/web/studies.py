@@ -14,7 +14,7 @@ from aidsr.apps.web.processes import Processes
 from aidsr.core.calls import Usage
 from aidsr.core.errors import AidsrError, UserError
 from aidsr.core.plain_tree import require_plain_tree
-from aidsr.runs import Run
+from aidsr.runs import RUN_FILE, Run
 from aidsr.runs.library import is_name
 from aidsr.runs.status import State
 
@@ -152,7 +152,7 @@ class Studies:
         if len(parts) == 3 and all(is_name(part) for part in parts):
             study = self.folder(key)
             home = study.joinpath("runs", *parts)
-            for file in sorted(home.glob("*/run.json")):
+            for file in sorted(home.glob(f"*/{RUN_FILE}")):
                 require_plain_tree(study)
                 require_plain_tree(home)
                 return Run(file.parent, name)
@@ -238,8 +238,10 @@ class Studies:
 
 
 def _is_study(path: Path) -> bool:
+    from aidsr.studies.study import STUDY_FILE
+
     try:
-        return (path / "study.toml").is_file()
+        return (path / STUDY_FILE).is_file()
     except OSError:  # a folder that may not be read, such as lost+found
         return False
 

@@ -1,34 +1,28 @@
-"""Train a design, follow its learning curve, watch its videos, and judge whether its motion is plausible."""
+"""Train a design, follow its learning curve, and judge whether its motion is plausible."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path, PurePosixPath
 
 from nicegui import ui
 
-from aidsr.apps.web.addresses import file_address
 from aidsr.apps.web.curve import curve_svg
-from aidsr.apps.web.live import as_action, live, show_error, working
-from aidsr.apps.web.recorded_episodes import Stage, record, replay_name, variation_of
+from aidsr.apps.web.live import as_action, live
+from aidsr.apps.web.recorded_episodes import Stage
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.study_runs import left_to_study
 from aidsr.apps.web.training_form import continues, training_form
-from aidsr.apps.web.view3d import Episode
+from aidsr.apps.web.verdict_panel import draw_judged, read_judged
 from aidsr.apps.web.widgets import badge, box, button, fact, long_text, notice, stop_button, text
-from aidsr.core.artifacts import EpisodeResult, Evaluation, PerturbedEpisodes
-from aidsr.core.ends import evaluation_in_words
-from aidsr.core.errors import UserError
-from aidsr.core.formatting import format_check, format_duration, format_share, format_time_left
+from aidsr.core.artifacts import Evaluation
+from aidsr.core.formatting import format_duration, format_share, format_time_left
 from aidsr.core.progress_lines import INTERRUPTED
 from aidsr.learn.rl.recipe import is_hopeless
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.trainings import CurveRow, Inspection, Training, read_curve, trainings_of, without_tests
 
-Play = Callable[[int, ui.button], None]
-"""Function that plays a held-out variation; the pressed button shows a loading state while it takes seconds."""
 _DOING = {
     "learning": "Training a policy.",
     "evaluating": "Evaluating the policy.",
@@ -51,18 +45,6 @@ class _Learning:
     is_hopeless: bool
     """Whether it is learning and unlikely to succeed any more."""
     begins_with_script: bool = False
-
-
-@dataclass(frozen=True)
-class _Judged:
-    """Result of an evaluated training."""
-
-    verdict: Evaluation | None
-    films: tuple[str, ...]
-    """Addresses of the videos."""
-    motions: tuple[Path, ...]
-    resumed: bool
-    """Whether it was killed while learning and then resumed."""
 
 
 @dataclass(frozen=True)
@@ -162,12 +144,6 @@ def _taken_up(site: Site, name: str, training: Training) -> bool:
     return events.exists() and events.stat().st_mtime >= site.processes.started_s(name)
 
 
-def _judged(run: Run, training: Training) -> _Judged:
-    films = tuple(file_address(run.name, film.path.relative_to(run.path).as_posix()) for film in training.films)
-    motions = tuple(motion.path for motion in training.motions)
-    return _Judged(training.evaluation.read(), films, motions, resumed=training.resumed > 0)
-
-
 def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
     if not state.approved:
         text("A design can be trained once it is approved.", "soft")
@@ -207,7 +183,7 @@ def _draw_trainings(site: Site, run: Run, design: DesignFolder, stage: Stage, tr
         for training in trainings:
             with box("sheet stack", "article"):
                 live(partial(_learning, site, run, design, training), partial(_draw_learning, training))
-                live(partial(_judged, run, training), partial(_draw_judged, site, training, stage))
+                live(partial(read_judged, run, training), partial(draw_judged, site, training, stage))
                 live(partial(_read_inspection, training), partial(_inspection, training))
 
 
@@ -254,126 +230,6 @@ def _draw_learning(training: Training, shown: _Learning) -> None:
 def _steps_in_words(done: int, asked: int) -> str:
     """Return the steps made and requested, in words; the last round is completed, so it may be more than requested."""
     return f"{done:,} of {asked:,}" if done <= asked else f"{done:,} (requested: {asked:,})"
-
-
-def _draw_judged(site: Site, training: Training, stage: Stage, shown: _Judged) -> None:
-    if shown.verdict is None:
-        return
-    can_replay = (training.path / "policy.zip").exists()
-    play = partial(_play, site, training, stage) if can_replay else None
-    with box("stack"):
-        _verdict(shown.verdict, play)
-        if shown.resumed:
-            text("This training was interrupted and resumed: an uninterrupted one would give another policy.", "wait")
-        _films(shown.films)
-        _motions(training, shown.motions, stage, play)
-
-
-def _play(site: Site, training: Training, stage: Stage, variation: int, pressed: ui.button) -> None:
-    """Record a held-out episode, then play it in the view."""
-
-    def then(episode: Episode) -> None:
-        try:
-            stage.play(episode)
-        except UserError as error:
-            show_error(error)
-
-    working(pressed, partial(record, site, training, variation), then)
-
-
-def _verdict(verdict: Evaluation, play: Play | None) -> None:
-    episodes = verdict.episodes
-    with box("facts"):
-        fact("mean best progress", f"{sum(one.best_progress for one in episodes) / len(episodes):.2f}")
-        fact("valid", "yes" if verdict.valid else "no")
-        fact("successful", "yes" if verdict.successful else "no")
-    for line in evaluation_in_words(verdict):
-        text(line, "small", "p")
-    text("Plausibility checks", "label")
-    with box("stack"):
-        for check in verdict.checks:
-            with box("check"):
-                held = "" if check.measured is None and check.passed else "yes" if check.passed else "no"
-                text({"": "not measured", "yes": "passed", "no": "failed"}[held], f"badge {held}")
-                with box("stack tight grow"):
-                    text(check.message, "small", "p")
-                    measured = f": {format_check(check)}" if check.measured is not None else ""
-                    text(check.name.replace("_", " ") + measured, "small soft numbers")
-    if verdict.perturbed:
-        text("Perturbed scenes", "label")
-        _perturbed(verdict.perturbed)
-    with ui.expansion(f"All {len(episodes)} held-out episodes").props("dense dense-toggle").classes("full"):
-        _episodes(episodes, play)
-
-
-def _episodes(episodes: tuple[EpisodeResult, ...], play: Play | None) -> None:
-    with box("scroll", tabindex="0", role="region", aria_label="held-out episodes"), box("list plain", "table"):
-        with box(tag="thead"), box(tag="tr"):
-            for title in ("variation", "result", "final progress", "best progress", "reward", "time"):
-                text(title, "" if title in ("variation", "result") else "num", "th")
-            if play is not None:
-                text("replay", "unseen", "th")
-        with box(tag="tbody"):
-            for one in episodes:
-                with box(tag="tr"):
-                    text(str(one.variation), "", "td")
-                    text(one.ended.replace("_", " "), "good" if one.ended == "succeeded" else "", "td")
-                    for number in (one.progress, one.best_progress, one.reward):
-                        text(f"{number:.2f}", "num", "td")
-                    text(f"{one.time_s:.2f} s", "num", "td")
-                    if play is not None:
-                        with box(tag="td"):
-                            _replay_button("", one.variation, play, f"Replay episode {one.variation}")
-
-
-def _replay_button(title: str, variation: int, play: Play, hint: str = "") -> None:
-    pressed = button(title, lambda: play(variation, pressed), "bare" if hint else "quiet", "play_arrow", hint)
-
-
-def _perturbed(perturbed: tuple[PerturbedEpisodes, ...]) -> None:
-    with box("scroll", tabindex="0", role="region", aria_label="perturbed episodes"), box("list plain", "table"):
-        with box(tag="thead"), box(tag="tr"):
-            for title in ("perturbation", "successes", "95 % interval", "successes kept"):
-                text(title, "" if title == "perturbation" else "num", "th")
-        with box(tag="tbody"):
-            for one in perturbed:
-                low, high = one.success_interval
-                kept = "–" if one.kept_share is None else format_share(one.kept_share)
-                with box(tag="tr"):
-                    text(one.summary, "", "td")
-                    text(f"{len(one.succeeded)} of {one.episodes}", "num", "td")
-                    text(f"{format_share(low)} to {format_share(high)}", "num", "td")
-                    text(kept, "num", "td")
-
-
-def _films(addresses: tuple[str, ...]) -> None:
-    if not addresses:
-        text("There is no video: rendering requires OpenGL on the machine that trains.", "small soft")
-        return
-    with box("columns"):
-        for address in addresses:
-            with box("stack tight", "figure"):
-                name = f"video of the {PurePosixPath(address).stem} held-out episode"
-                film = {"src": address, "controls": "", "muted": "", "autoplay": "", "preload": "auto"}
-                with box("film", "video", aria_label=name, **film):
-                    pass
-                with box("small soft"):
-                    text(f"the {PurePosixPath(address).stem} held-out episode")
-                    text("", "pace")
-
-
-def _motions(training: Training, motions: tuple[Path, ...], stage: Stage, play: Play | None) -> None:
-    if not motions:
-        return
-    with box("row"):
-        text("In the 3-D view:", "small soft")
-        for motion in motions:
-            variation = variation_of(motion)
-            if play is not None and variation is not None:
-                _replay_button(f"Replay {motion.stem}", variation, play)
-            else:
-                name = replay_name(training.number, motion)
-                button(f"Replay {motion.stem}", as_action(partial(stage.replay, name)), "quiet", "play_arrow")
 
 
 def _read_inspection(training: Training) -> tuple[bool, Inspection | None]:

@@ -149,9 +149,9 @@ class Episodes:
         """Time for which the goal has held without a break, (n,) [s]."""
         return self._state.held_s
 
-    def passed_limits(self, index: int) -> tuple[ExceededLimit, ...]:
+    def exceeded_limits(self, index: int) -> tuple[ExceededLimit, ...]:
         """Return the limits that an episode has violated so far."""
-        return self.task.passed_limits({name: value[index] for name, value in self._state.task_state.items()})
+        return self.task.exceeded_limits({name: value[index] for name, value in self._state.task_state.items()})
 
     def conditions(self) -> tuple[Condition, ...]:
         """Return the conditions of the task's stages as they are after the last control step."""

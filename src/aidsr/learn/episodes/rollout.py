@@ -109,6 +109,6 @@ def rollout(
         reached[row] = episodes.task.stage_reached(
             float(best_progress[row]), success=bool(success[row]), met=bool(held_s[row] > 0.0)
         )
-        exceeded[row] = episodes.passed_limits(row)
+        exceeded[row] = episodes.exceeded_limits(row)
     ends = (success, failure, diverged, progress, best_progress, reward, time_s)
     return EpisodeOutcomes(*ends, held_s, reached, exceeded, penalized_s)

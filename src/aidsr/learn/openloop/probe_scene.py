@@ -40,8 +40,8 @@ MAX_STEPS = 300_000
 """Physics steps of a whole probe of a short task. Our choice: seconds on one core for a robot with a single limb, see
 docs/learning.md."""
 STEPS_PER_S = 5_000
-"""Least physics steps of a probe per variation and second of the task's time limit. Our choice: with four variations,
-`MAX_STEPS` are enough up to 15 s; with them and 60 s, four motions were tried for each variation."""
+"""Least physics steps per variation and second of the task's time limit, of a probe and of a trial. Our choice: with
+four variations, `MAX_STEPS` are enough up to 15 s; with them and 60 s, four motions were tried for each variation."""
 _ALL_BY_ALL_S = 240.0
 """Longest simulated time in which every best motion is played in every variation at the end [s]. Our choice: two
 variations of 60 s or four of 15 s."""

@@ -15,7 +15,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from aidsr.learn.episodes.rollout import EpisodeOutcomes
 from aidsr.learn.rl.curve_point import CurvePoint
 from aidsr.learn.rl.recipe import Recipe, is_hopeless
-from aidsr.learn.rl.training_folder import TrainingFolder
+from aidsr.learn.rl.training_folder import CURVE_FILE, TrainingFolder
 
 _RECENT, _RECENT_NOISELESS = 100, 20
 """Number of episodes over which success is averaged. Our choice: its standard error is then at most 0.05. Fewer of
@@ -107,7 +107,7 @@ class History:
 
 def append_to_curve(folder: TrainingFolder, point: CurvePoint) -> None:
     """Append a point to the learning curve of a training."""
-    with (folder / "curve.csv").open("a", newline="", encoding="utf-8") as file:
+    with (folder / CURVE_FILE).open("a", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
         if file.tell() == 0:
             rows.writerow([one.name for one in fields(CurvePoint)])
@@ -225,11 +225,11 @@ class TrainingCallback(BaseCallback):
 
     def _cut_curve(self) -> None:
         """Remove the points that a killed process wrote after its last checkpoint; those steps are trained again."""
-        path = self._folder / "curve.csv"
+        path = self._folder / CURVE_FILE
         if path.exists():
             whole = [line for line in path.read_bytes().splitlines(keepends=True) if line.endswith(b"\n")]
             kept = [line for line in whole[1:] if int(line.partition(b",")[0]) <= self.history.steps]
-            self._folder.write("curve.csv", b"".join([*whole[:1], *kept]))
+            self._folder.write(CURVE_FILE, b"".join([*whole[:1], *kept]))
 
     def _write_point(self) -> None:
         steps, wall_s = self._last_point

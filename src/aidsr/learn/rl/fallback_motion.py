@@ -18,7 +18,7 @@ from aidsr.learn.openloop.motion import Motions, OpenLoopPolicy
 from aidsr.learn.openloop.script import script_of
 from aidsr.learn.rl.recipe import Recipe
 from aidsr.learn.rl.training_config import TrainingConfig
-from aidsr.learn.rl.training_folder import TrainingFolder
+from aidsr.learn.rl.training_folder import CONFIG_FILE, PROBE_FILE, TrainingFolder
 
 SEARCHED = 4
 """Number of variations that are searched. Our choice: compared with the usual two, four motions that each succeed in
@@ -105,8 +105,8 @@ def record_fallback_motion(
     )
     if found.share >= config.recipe.saturation:
         config = config.with_the_motion()
-    home.write("config.json", config.model_dump_json(indent=2) + "\n")
-    home.write("probe.json", found.report.model_dump_json(indent=2) + "\n")
+    home.write(CONFIG_FILE, config.model_dump_json(indent=2) + "\n")
+    home.write(PROBE_FILE, found.report.model_dump_json(indent=2) + "\n")
     return config
 
 

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from aidsr.core.errors import UserError
 from aidsr.learn.rl.recipe import Recipe
+from aidsr.learn.rl.training_folder import NORMALISATION_FILE, POLICY_FILE
 from aidsr.tasks.readings import FloatArray
 
 if TYPE_CHECKING:
@@ -179,8 +180,8 @@ class TrainedPolicy:
         from stable_baselines3.sac.policies import SACPolicy
 
         try:
-            normalisation = Normalisation.from_json(_text_within_limit(folder / "normalisation.json"))
-            with zipfile.ZipFile(folder / "policy.zip") as archive:
+            normalisation = Normalisation.from_json(_text_within_limit(folder / NORMALISATION_FILE))
+            with zipfile.ZipFile(folder / POLICY_FILE) as archive:
                 if archive.getinfo("policy.pth").file_size > _MAX_BYTES:
                     raise UserError(f"the policy in {folder} has more than {_MAX_BYTES // 2**20} MiB; train it again")
                 content = BytesIO(archive.read("policy.pth"))

@@ -12,6 +12,7 @@ from stable_baselines3.common.policies import BasePolicy
 from stable_baselines3.common.vec_env import VecNormalize
 
 from aidsr.learn.rl.policy import Normalisation
+from aidsr.learn.rl.training_folder import NORMALISATION_FILE
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class Snapshot:
         """Write the snapshot into a new folder."""
         folder.mkdir()
         torch.save(dict(self.weights), folder / "weights.pth")
-        (folder / "normalisation.json").write_text(self.normalisation.to_json(), encoding="utf-8")
+        (folder / NORMALISATION_FILE).write_text(self.normalisation.to_json(), encoding="utf-8")
 
     @classmethod
     def load(cls, folder: Path) -> Self | None:
@@ -44,4 +45,4 @@ class Snapshot:
         if not folder.exists():
             return None
         weights = torch.load(folder / "weights.pth", map_location="cpu", weights_only=True)
-        return cls(weights, Normalisation.from_json((folder / "normalisation.json").read_text(encoding="utf-8")))
+        return cls(weights, Normalisation.from_json((folder / NORMALISATION_FILE).read_text(encoding="utf-8")))

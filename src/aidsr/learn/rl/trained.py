@@ -18,7 +18,15 @@ from aidsr.learn.rl.evaluation import evaluate
 from aidsr.learn.rl.policy import TrainedPolicy, one_torch_thread
 from aidsr.learn.rl.robustness import perturbed_episodes
 from aidsr.learn.rl.training_config import TrainingConfig
-from aidsr.learn.rl.training_folder import TrainingFolder, TrainingResult
+from aidsr.learn.rl.training_folder import (
+    CONFIG_FILE,
+    CURVE_FILE,
+    EVALUATION_FILE,
+    RESULT_FILE,
+    SCENE_FILE,
+    TrainingFolder,
+    TrainingResult,
+)
 from aidsr.tasks import BENCHMARK_VERSION, Level, Split, goal_task, is_current, load_task
 from aidsr.tasks.goals import GOAL_VERSION
 from aidsr.tasks.task import edit_environment
@@ -45,8 +53,8 @@ class FinishedTraining:
         require_plain_tree(folder)
         home = TrainingFolder(folder)
         try:
-            config = home.read("config.json", TrainingConfig)
-            result = home.read("training.json", TrainingResult)
+            config = home.read(CONFIG_FILE, TrainingConfig)
+            result = home.read(RESULT_FILE, TrainingResult)
         except FileNotFoundError as error:
             missing = Path(error.filename).name
             trainings = sorted((*folder.glob("training/*/training.json"), *folder.glob("*/training.json")))
@@ -58,8 +66,8 @@ class FinishedTraining:
             raise UserError(f"{folder} is a file; give the folder of a finished training, as …/training/001") from None
         _check_version(folder, config)
         scene = TaskScene.of(
-            folder / "scene.xml",
-            goal_task(config.goal, read_mjcf_text(folder / "scene.xml")) if config.goal else config.task,
+            folder / SCENE_FILE,
+            goal_task(config.goal, read_mjcf_text(folder / SCENE_FILE)) if config.goal else config.task,
             level=config.level,
             grouping="off",
         ).with_actions(config.groups, config.groups_from)
@@ -174,7 +182,7 @@ def evaluate_training(
             return evaluation
         _write_pictures(training, rolled)
         # a verdict means that everything is there except videos, which may take minutes and fail
-        training.folder.write("evaluation.json", written)
+        training.folder.write(EVALUATION_FILE, written)
         training.folder.log_event("evaluated", success_share=evaluation.success_share, valid=evaluation.valid)
         if videos:
             _write_films(training, rolled)
@@ -188,7 +196,7 @@ def _verdict_before(training: FinishedTraining, episodes: int) -> Evaluation | N
         UserError: The verdict there is of the same policy and has more episodes.
     """
     try:
-        before = training.folder.read("evaluation.json", Evaluation)
+        before = training.folder.read(EVALUATION_FILE, Evaluation)
     except (FileNotFoundError, UserError):  # none, or one of another version, which is replaced
         return None
     now = (training.scene.fingerprint, training.policy.fingerprint)
@@ -208,8 +216,8 @@ def _write_pictures(training: FinishedTraining, rolled: EvaluationRollout) -> No
     from aidsr.learn.rl.pictures import curve_picture, episode_recordings
 
     home = training.folder
-    if (home / "curve.csv").exists():  # behavior cloning may have used up the budget
-        home.write("curve.png", curve_picture(home / "curve.csv"))
+    if (home / CURVE_FILE).exists():  # behavior cloning may have used up the budget
+        home.write("curve.png", curve_picture(home / CURVE_FILE))
     scene = training.scene
     for name, motion in episode_recordings(scene.mjcf, rolled, scene.task.control_dt_s).items():
         home.write(f"{name}.npz", motion)

@@ -24,7 +24,16 @@ from aidsr.learn.rl.fallback_motion import is_clearly_better, record_fallback_mo
 from aidsr.learn.rl.policy import Normalisation, TrainedPolicy, network_options, one_torch_thread
 from aidsr.learn.rl.recipe import Recipe
 from aidsr.learn.rl.training_config import Stopped, TrainingConfig
-from aidsr.learn.rl.training_folder import TrainingFolder, TrainingResult
+from aidsr.learn.rl.training_folder import (
+    CONFIG_FILE,
+    NORMALISATION_FILE,
+    POLICY_FILE,
+    PROBE_FILE,
+    RESULT_FILE,
+    SCENE_FILE,
+    TrainingFolder,
+    TrainingResult,
+)
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import Variation
 
@@ -81,14 +90,14 @@ def train(
     with home.locked(), one_torch_thread():
         if (finished := home.finished(config)) is not None:  # another process has just finished it
             return finished
-        if (home / "config.json").exists():
+        if (home / CONFIG_FILE).exists():
             home.log_event("resumed", versions=config.versions)
-            config = home.read("config.json", TrainingConfig)
+            config = home.read(CONFIG_FILE, TrainingConfig)
         else:
-            home.write("scene.xml", scene.mjcf)
-            home.write("config.json", config.model_dump_json(indent=2) + "\n")
+            home.write(SCENE_FILE, scene.mjcf)
+            home.write(CONFIG_FILE, config.model_dump_json(indent=2) + "\n")
             home.log_event("started")
-        if config.recipe.searches(config.steps) and not (home / "probe.json").exists():
+        if config.recipe.searches(config.steps) and not (home / PROBE_FILE).exists():
             config = record_fallback_motion(home, scene, config, threads)
         training = _Training(config.recipe.acting_in(scene), home, config, threads, tensorboard, listen)
         if config.beaten is None:
@@ -98,7 +107,7 @@ def train(
             home.log_event("beaten", success_share=training.share, motion_share=config.motion_share)
             training.checkpoint()  # counts of learning, also if the process is killed from here on
             config = config.with_the_motion().model_copy(update={"beaten": stopped})
-            home.write("config.json", config.model_dump_json(indent=2) + "\n")
+            home.write(CONFIG_FILE, config.model_dump_json(indent=2) + "\n")
             training = _Training(config.recipe.acting_in(scene), home, config, threads, tensorboard, listen)
         training.play_fallback()
         assert config.beaten is not None
@@ -153,8 +162,8 @@ class _Training:
         from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
 
         self.history.resumed += 1
-        Normalisation.from_json((saved / "normalisation.json").read_text("utf-8")).restore(self.normalised)
-        self.model.set_parameters(str(saved / "policy.zip"), device="cpu")
+        Normalisation.from_json((saved / NORMALISATION_FILE).read_text("utf-8")).restore(self.normalised)
+        self.model.set_parameters(str(saved / POLICY_FILE), device="cpu")
         self.model.num_timesteps = self.history.steps // self.config.recipe.hold_steps
         if isinstance(self.model, SoftActorCritic):
             self.model.load_replay_buffer_from(saved / "memory")
@@ -210,7 +219,7 @@ class _Training:
         began, seed = time.perf_counter(), int(self.rng.integers(2**31))
         asked = {"steps": self.config.steps, "seed": seed, "threads": self.threads}
         report, steps = clone_probe_motion(self.scene, self.model, self.normalised, **asked)
-        self.home.write("probe.json", report.model_dump_json(indent=2) + "\n")
+        self.home.write(PROBE_FILE, report.model_dump_json(indent=2) + "\n")
         self.history.steps, self.history.wall_s = steps, time.perf_counter() - began
         self.model.num_timesteps = steps
         self.home.log_event("probed", steps=steps, ended=report.best.episode.ended, motion=report.best.motion.summary)
@@ -385,9 +394,9 @@ class _Training:
         from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
 
         saved = TrainingFolder(folder)
-        saved.write("normalisation.json", Normalisation.of(self.normalised).to_json())
+        saved.write(NORMALISATION_FILE, Normalisation.of(self.normalised).to_json())
         saved.write_json("history.json", self.history.to_json())
-        self.model.save(folder / "policy.zip", exclude=["ep_info_buffer", "ep_success_buffer"])
+        self.model.save(folder / POLICY_FILE, exclude=["ep_info_buffer", "ep_success_buffer"])
         if isinstance(self.model, SoftActorCritic):
             self.model.save_replay_buffer_to(folder / "memory")
         if self._best is not None:
@@ -411,12 +420,12 @@ class _Training:
         else:  # the checkpoint keeps the counts of the learning, which another process would need
             with self._saved() as saved:
                 self._publish(saved)
-        self.home.write("training.json", result.model_dump_json(indent=2) + "\n")
+        self.home.write(RESULT_FILE, result.model_dump_json(indent=2) + "\n")
         self.home.log_event("finished", **result.model_dump(mode="json"))
         self.home.remove_folder("checkpoint")
         return result
 
     def _publish(self, saved: Path) -> None:
         """Copy the policy from a saved state into the training's folder."""
-        for name in ("normalisation.json", "policy.zip"):
+        for name in (NORMALISATION_FILE, POLICY_FILE):
             self.home.write(name, (saved / name).read_bytes())

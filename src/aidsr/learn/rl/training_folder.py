@@ -23,6 +23,17 @@ from aidsr.learn.rl.training_config import Stopped, TrainingConfig
 
 Written = TypeVar("Written", bound=Artifact)
 
+CONFIG_FILE = "config.json"
+SCENE_FILE = "scene.xml"
+RESULT_FILE = "training.json"
+EVALUATION_FILE = "evaluation.json"
+PROBE_FILE = "probe.json"
+CURVE_FILE = "curve.csv"
+POLICY_FILE = "policy.zip"
+NORMALISATION_FILE = "normalisation.json"
+"""Names of files of a training that several modules read or write; `TrainingFolder` says what each holds.
+`aidsr.runs.trainings` reads them without the libraries of this package."""
+
 
 class FolderInUseError(UserError):
     """A folder holds another training, or another process trains, evaluates or renders in it."""
@@ -121,15 +132,15 @@ class TrainingFolder:
         Raises:
             FolderInUseError: The folder holds another training.
         """
-        if not (self.path / "config.json").exists():
+        if not (self.path / CONFIG_FILE).exists():
             return None
-        differing = self.read("config.json", TrainingConfig).differences(config)
+        differing = self.read(CONFIG_FILE, TrainingConfig).differences(config)
         if differing:
             raise FolderInUseError(
                 f"{self.path} holds a training that differs in {', '.join(differing)}; use another folder, or the "
                 "same settings to resume it"
             )
-        return self.read("training.json", TrainingResult) if (self.path / "training.json").exists() else None
+        return self.read(RESULT_FILE, TrainingResult) if (self.path / RESULT_FILE).exists() else None
 
     @contextmanager
     def locked(self) -> Iterator[None]:
@@ -190,7 +201,7 @@ def folder_for(home: Path, config: TrainingConfig, *, again: bool = False) -> Pa
 
 def _holds(path: Path, config: TrainingConfig) -> bool:
     try:
-        existing = TrainingFolder(path).read("config.json", TrainingConfig)
+        existing = TrainingFolder(path).read(CONFIG_FILE, TrainingConfig)
     except (FileNotFoundError, UserError):  # no training, or one of a version with other settings
         return False
     return not existing.differences(config)

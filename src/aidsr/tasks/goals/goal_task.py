@@ -182,7 +182,7 @@ class GoalTask(Task):
         """Return the watched limits, each with its measured value, (n,)."""
         return [(limit, limit.measured(GoalReadings(readings, tag, self.control_dt_s))) for tag, limit in self._watched]
 
-    def passed_limits(self, state: TaskState) -> tuple[ExceededLimit, ...]:
+    def exceeded_limits(self, state: TaskState) -> tuple[ExceededLimit, ...]:
         """See `Task`."""
         return tuple(
             ExceededLimit(

@@ -67,14 +67,14 @@ class RuleCoder:
         if brief.base == "free":
             # A robot that has to move itself keeps its free joint, even if it falls.
             faults = tuple(fault for fault in faults if fault.code not in _FALLS)
-        result = fix(robot.mjcf, faults)
-        if result.notes:
+        result = fix(robot.mjcf, faults, keep=brief.keep)
+        if result.total:
             return robot.model_copy(update={"mjcf": result.mjcf, "notes": _notes(result)})
         if concept.family in self.families:
             return _reinforced(self.families[concept.family], concept, robot, result)
         codes = ", ".join(result.unfixed) or "this"
         note = f"Built-in rules: no repair for {codes} in a robot of another author; left as it was."
-        return robot.model_copy(update={"notes": note})
+        return robot.model_copy(update={"notes": " ".join([note, *result.notes])})
 
 
 def _with_kept(brief: Brief, robot: Robot) -> Robot:
