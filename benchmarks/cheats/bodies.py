@@ -654,6 +654,117 @@ def _geared_jaws() -> str:
     return _jaws("coupled", limb=limbs)
 
 
+_HINGE_M, _END_M, _HALF_M = 0.12, 0.24, 0.062
+"""Heights of the hinges and of the ends of two jaws above the mount, and half the distance of the hinges [m]."""
+_PALM = (
+    f'<geom name="stem" type="cylinder" size="0.01 {_HINGE_M / 2}" pos="0 0 {_HINGE_M / 2}"/>'
+    f'<geom name="palm" type="box" size="0.02 {_HALF_M} 0.005" pos="0 0 {_HINGE_M}"/>'
+    f'<site name="grip" pos="0 0 {_END_M - 0.02:g}"/>'
+)
+
+
+def _jaws_on_limbs(how: str) -> str:
+    """Two rigid jaws that the first links of soft limbs turn. The limbs point away and hold nothing.
+
+    `how`: "part" for jaws that are part of these links, otherwise the kind of the equality, "connect" or "weld", that
+    joins jaws on hinges of their own to them.
+    """
+    parts, at_m, long_m = Parts(), _HINGE_M + 0.012, _END_M - _HINGE_M - 0.016
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        name = f"limb_{side}"
+        limb = chain(
+            name,
+            f'pos="0 {sign * _HALF_M:g} {at_m}" euler="{-sign * 90:g} 0 90"',
+            radius_m=0.006 if how == "part" else 0.007,
+            links=5 if how == "part" else 6,
+            stiffness=0.4,
+            pull_n=30.0,
+            geom=f'density="{400 if how == "part" else 1500}"',
+        )
+        middle_m = long_m / 2 + 0.003
+        if how == "part":
+            jaw = (
+                f'<geom name="jaw_{side}" type="box" size="{long_m / 2:g} 0.025 0.004" pos="{-sign * middle_m:g} 0 0"/>'
+            )
+            parts += replace(limb, bodies=limb.bodies.replace(f'<geom name="{name}_0"', f'{jaw}<geom name="{name}_0"'))
+            continue
+        jaw = (
+            f'<body name="jaw_{side}" pos="0 {sign * _HALF_M:g} {at_m}"><joint name="{side}" axis="{sign:g} 0 0" '
+            f'range="-10 24" armature="1e-4" damping="0.02" solreflimit="0.004 1"/><geom name="jaw_{side}" type="box" '
+            f'size="0.025 0.004 {long_m / 2:g}" pos="0 0 {middle_m:g}"/></body>'
+        )
+        pin = f'anchor="0 {sign * 0.02:g} 0"' if how == "connect" else ""
+        parts += limb + Parts(
+            bodies=jaw,
+            constraints=f'<{how} body1="jaw_{side}" body2="{name}_0" {pin} solref="0.004 1"/>',
+            contacts=f'<exclude body1="jaw_{side}" body2="{name}_0"/>',
+        )
+    return parts.document(_PALM)
+
+
+CLOSE_BY_LIMBS = then({}, 1.3, {"limb_left_back": 1.0, "limb_right_front": 1.0})
+
+
+def _latched_jaws(
+    spring: str,
+    *,
+    force_n: float = 5.0,
+    stiffness: float = 200.0,
+    jaw: str = "",
+    density: float = 3500.0,
+    bend: float = 0.5,
+    pull_n: float = 30.0,
+) -> str:
+    """Rigid jaws that springs close. A bar at the end of a soft limb keeps them open until cables bend the limb away.
+
+    `spring`: "tendon" for springs of tendons without an actuator, "curved" for springs of the hinges whose stiffness
+    grows with the square of their deflection. `force_n` and `stiffness` are those of the tendons [N, N/m], `jaw`
+    further attributes of the jaws after a space, and the rest density [kg/m^3], stiffness [N m/rad] and tension [N] of
+    the limb.
+    """
+    parts, root, slippery = Parts(), _PALM, 'friction="0.1 0.001 0.0001"'
+    at_m, long_m = _HINGE_M + 0.012, _END_M - _HINGE_M
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        root += f'<site name="pull_{side}" pos="0 {sign * 0.01:g} {at_m}"/>'
+        wound = 'stiffness="0.001 0 0.35" springref="60"' if spring == "curved" else ""
+        parts += Parts(
+            bodies=(
+                f'<body name="jaw_{side}" pos="0 {sign * _HALF_M:g} {at_m}"><joint name="{side}" axis="{sign:g} 0 0" '
+                f'range="-10 24" armature="1e-4" damping="0.05" {wound} solreflimit="0.004 1"/>'
+                f'<geom name="jaw_{side}" type="box" size="0.025 0.004 {(long_m - 0.016) / 2:g}" '
+                f'pos="0 0 {(long_m - 0.01) / 2:g}" {slippery}{jaw}/>'
+                f'<site name="jaw_{side}" pos="0 {-sign * 0.005:g} {0.45 * long_m:g}"/></body>'
+            )
+        )
+        length_m = math.hypot(_HALF_M - 0.015, 0.45 * long_m)
+        if spring == "tendon":
+            parts += Parts(
+                tendons=(
+                    f'<spatial name="shut_{side}" stiffness="{stiffness}" damping="1" '
+                    f'springlength="{length_m - force_n / stiffness:.5f}"><site site="pull_{side}"/>'
+                    f'<site site="jaw_{side}"/></spatial>'
+                )
+            )
+    up_m = _HINGE_M + 0.045
+    root += '<geom name="beam" type="capsule" size="0.006" fromto="0 0 0.03 0.19 0 0.03"/>'
+    root += f'<geom name="post" type="capsule" size="0.006" fromto="0.19 0 0.03 0.19 0 {up_m}"/>'
+    limb = chain(
+        "limb",
+        f'pos="0.172 0 {up_m}" euler="0 -90 0"',
+        links=6,
+        radius_m=0.007,
+        stiffness=bend,
+        pull_n=pull_n,
+        geom=f'density="{density:g}"',
+        damping=0.03,
+        end=f'<geom name="bar" type="box" size="0.006 {_HALF_M - 0.0055:g} 0.004" pos="0 0 0.025" {slippery}/>',
+    )
+    return (parts + limb).document(root)
+
+
+RELEASE = then({}, 1.5, {"limb_back": 1.0})
+
+
 def _heavy_spring_jaws() -> str:
     """Spring jaws beside a soft limb so heavy that the springs' energy is small relative to the robot's weight."""
     limb = chain(
@@ -912,6 +1023,35 @@ def _wound_pointer(attributes: str) -> str:
         rf"<general \1 {general}/>",
         _pointer("cable"),
     )
+
+
+def _stiffened_pointer(attributes: str = "", *, tendon: str = "", gears: str = "") -> str:
+    """An arm of six joints with equally stiff springs, of which something else holds all but the first.
+
+    Args:
+        attributes: Attributes of these joints in place of stiffness and damping; "" leaves them.
+        tendon: Attributes of a fixed tendon over each of these joints; "" for no tendons.
+        gears: Kind of the equality by which each of these joints turns by a twentieth of the first, "joint" or
+            "tendon"; "" for none.
+    """
+    text, held = _pointer("cable", 0.4), [(link, axis) for link in range(1, 6) for axis in range(2)]
+    if attributes:
+        joint = r'(<joint name="arm_[1-5]_\d" [^>]*)stiffness="0.4" damping="0.02"'
+        text = re.sub(joint, rf"\1{attributes}", text)
+    belts = [*held, (0, 0), (0, 1)] if gears == "tendon" else held if tendon else []
+    fixed = "".join(
+        f'<fixed name="belt_{link}_{axis}" {tendon}><joint joint="arm_{link}_{axis}" coef="1"/></fixed>'
+        for link, axis in belts
+    )
+    name = "belt" if gears == "tendon" else "arm"
+    equal = "".join(
+        f'<{gears} {gears}1="{name}_{link}_{axis}" {gears}2="{name}_0_{axis}" polycoef="0 0.05 0 0 0" '
+        'solref="0.004 1"/>'
+        for link, axis in held
+        if gears
+    )
+    text = text.replace("</tendon>", f"{fixed}</tendon>")
+    return text.replace("<actuator>", f"<equality>{equal}</equality><actuator>") if equal else text
 
 
 def point(kind: str) -> Callable[[], Rule]:
@@ -1455,6 +1595,60 @@ CHEATS: tuple[Cheat, ...] = (
         part="grip",
     ),
     Cheat(
+        "first_link_jaws",
+        "Each jaw is part of the first link of a soft limb that points away: cables bend the limb evenly, and only its "
+        "first hinge turns the jaw.",
+        "simple_grasping",
+        _jaws_on_limbs("part"),
+        lambda: CLOSE_BY_LIMBS,
+        part="grip",
+    ),
+    Cheat(
+        "pinned_jaws",
+        "Jaws on hinges of their own, each pinned by a connect constraint to the first link of a soft limb that points "
+        "away.",
+        "simple_grasping",
+        _jaws_on_limbs("connect"),
+        lambda: CLOSE_BY_LIMBS,
+        part="grip",
+    ),
+    Cheat(
+        "welded_jaws",
+        "The same, welded.",
+        "simple_grasping",
+        _jaws_on_limbs("weld"),
+        lambda: CLOSE_BY_LIMBS,
+        part="grip",
+    ),
+    Cheat(
+        "latched_jaws",
+        "Rigid jaws that springs of tendons without an actuator close. A bar on a soft limb keeps them open until a "
+        "cable bends it away: without the cable nothing is held, and the springs do the work.",
+        "simple_grasping",
+        _latched_jaws("tendon"),
+        lambda: RELEASE,
+        part="grip",
+    ),
+    Cheat(
+        "curved_latched_jaws",
+        "The same, with springs in the hinges whose stiffness is a polynomial: its constant term is nearly zero.",
+        "simple_grasping",
+        _latched_jaws("curved"),
+        lambda: RELEASE,
+        part="grip",
+    ),
+    Cheat(
+        "weak_latched_jaws",
+        "The same with heavy jaws and tendon springs so weak that they might only carry these jaws: enough for a light "
+        "object.",
+        "delicate_grasping",
+        _latched_jaws(
+            "tendon", force_n=2.0, stiffness=30.0, jaw=' density="2000"', density=9000.0, bend=1.0, pull_n=60.0
+        ),
+        lambda: RELEASE,
+        part="grip",
+    ),
+    Cheat(
         "force_field",
         "Cable jaws whose contacts have a margin of 10 mm: they press without touching.",
         "simple_grasping",
@@ -1611,6 +1805,64 @@ CHEATS: tuple[Cheat, ...] = (
         "of the bending is in one place.",
         "button_pushing",
         _pointer("cable", 12.0),
+        point("cable"),
+        part="arm_tip",
+    ),
+    Cheat(
+        "spring_belt_arm",
+        "An arm of six joints with equal springs. Fixed tendons without an actuator, 200 times stiffer than "
+        "these springs, hold all but the first: a rigid rod on cables that counts as a soft chain.",
+        "button_pushing",
+        _stiffened_pointer(tendon='stiffness="80" damping="1"'),
+        point("cable"),
+        part="arm_tip",
+    ),
+    Cheat(
+        "stopped_belt_arm",
+        "The same, with tendons that end after a fifth of a degree.",
+        "button_pushing",
+        _stiffened_pointer(tendon='range="-0.003 0.003" solreflimit="0.004 1"'),
+        point("cable"),
+        part="arm_tip",
+    ),
+    Cheat(
+        "damped_belt_arm",
+        "The same, with tendons that give way only in minutes.",
+        "button_pushing",
+        _stiffened_pointer(tendon='damping="100"'),
+        point("cable"),
+        part="arm_tip",
+    ),
+    Cheat(
+        "curved_spring_arm",
+        "The same arm without these tendons. The stiffness of its springs is a polynomial: as soft as the "
+        "first at rest, and many times stiffer after a degree.",
+        "button_pushing",
+        _stiffened_pointer('stiffness="0.4 0 30000" damping="0.5"'),
+        point("cable"),
+        part="arm_tip",
+    ),
+    Cheat(
+        "early_stop_arm",
+        "The same arm, with limits that act 44.7 degrees before the ends of a range of 45.",
+        "button_pushing",
+        _stiffened_pointer('stiffness="0.4" damping="0.02" margin="0.78"'),
+        point("cable"),
+        part="arm_tip",
+    ),
+    Cheat(
+        "geared_arm",
+        "The same arm, all joints but the first geared to turn by a twentieth of it.",
+        "button_pushing",
+        _stiffened_pointer(gears="joint"),
+        point("cable"),
+        part="arm_tip",
+    ),
+    Cheat(
+        "geared_belt_arm",
+        "The same, with tendon equalities for gears.",
+        "button_pushing",
+        _stiffened_pointer(gears="tendon"),
         point("cable"),
         part="arm_tip",
     ),

@@ -24,7 +24,7 @@ from benchmarks.cheats.bodies import CHEATS, Cheat
 from benchmarks.cheats.honest import FOUND, refusals
 from benchmarks.cheats.parts import Player
 from benchmarks.cheats.playing import is_own, place, play, rules
-from benchmarks.cheats.wins import BEFORE, fingerprint, read_rows
+from benchmarks.cheats.wins import BEFORE, FOUND_LATER, fingerprint, read_rows
 
 from aidsr import validate
 from aidsr.core.artifacts import PlausibilityCheck, ValidationReport
@@ -238,12 +238,15 @@ def _honest() -> list[str]:
 
 def _own(rows: dict[tuple[str, str], Row]) -> list[str]:
     before = {row["body"]: row for row in read_rows(BEFORE)}
+    later = ", ".join(name for name, row in before.items() if row["commit"] == FOUND_LATER)
     lines = [
         "## Each at the task it is meant to win",
         "",
         "*before*: episodes won of 20 with the code of commit 2a7e353, from before such bodies were refused, and "
         "what that code found wrong with it (`python -m benchmarks.cheats.wins`). ball_from_bowl, incline and "
-        "crank_turning came later: their bodies were played with the code of this page, whose verdict stands there.",
+        "crank_turning came later: their bodies were played with the code of this page, whose verdict stands there. "
+        f"Bodies of the tasks of then that were found later ({later}) were played with the code of commit "
+        f"{FOUND_LATER}, the last to accept them.",
         "",
         "| body | task | before | refused by | why |",
         "|---|---|---|---|---|",

@@ -2,8 +2,9 @@
 
     python -m benchmarks.cheats.wins --out benchmarks/cheats/before.jsonl
 
-before.jsonl was made once, with the code from before such bodies were refused. A body that is in the file is not
-played again unless it has changed.
+before.jsonl was made with the code from before such bodies were refused: most of it with one commit, and the bodies
+that were found later with a later one, each by this program with that commit's `src` on the path. A body that is in
+the file is not played again unless it has changed.
 """
 
 from __future__ import annotations
@@ -31,6 +32,8 @@ from aidsr.tasks import BENCHMARK_VERSION, load_task
 
 HERE = Path(__file__).parent
 BEFORE = HERE / "before.jsonl"
+FOUND_LATER = "d877502872ed"
+"""Commit with which the bodies were played that were found later, from before the rules that refuse them."""
 
 Row = dict[str, Any]
 

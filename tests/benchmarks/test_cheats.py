@@ -12,7 +12,7 @@ from benchmarks.cheats.honest import FOUND, look, refusals
 from benchmarks.cheats.matrix import PAGE, current, page, tried_at
 from benchmarks.cheats.parts import Parts, Player, chain, constant
 from benchmarks.cheats.playing import lift_m, place, play
-from benchmarks.cheats.wins import BEFORE, fingerprint, read_rows
+from benchmarks.cheats.wins import BEFORE, FOUND_LATER, fingerprint, read_rows
 from benchmarks.episode_clock import EpisodeClock
 
 from aidsr import validate
@@ -41,12 +41,20 @@ BY_CODE = {
     "thruster": "jet_puck jet_over_gap",
     "adhesion": "sticky_pad sticky_pad_in_space sticky_worm",
     "moving_surface": "conveyor_worm",
-    "loaded_spring": "spring_jaws heavy_spring_jaws spring_umbrella spring_pin",
+    "loaded_spring": "spring_jaws heavy_spring_jaws spring_umbrella spring_pin latched_jaws curved_latched_jaws",
     "ghost_shape": "ghost_rope ghost_arm stacked_ghost_arm",
-    "few_bent_joints": "knuckle_jaws one_hinge_arm integrator_arm clipped_filter_arm one_soft_hinge_arm",
+    "few_bent_joints": (
+        "knuckle_jaws one_hinge_arm integrator_arm clipped_filter_arm one_soft_hinge_arm spring_belt_arm "
+        "stopped_belt_arm damped_belt_arm curved_spring_arm early_stop_arm geared_arm geared_belt_arm"
+    ),
     "contact_margin": "margin_arm",
-    "cable_on_linkage": "cable_jaws threaded_jaws geared_jaws force_field welded_object glued_jaws lifts_the_object",
-    "mostly_rigid": "heavy_hoop passive_petals limp_rope basket rigid_rod rod_on_mount rigid_hook",
+    "cable_on_linkage": (
+        "cable_jaws threaded_jaws geared_jaws pinned_jaws welded_jaws force_field welded_object glued_jaws "
+        "lifts_the_object"
+    ),
+    "mostly_rigid": (
+        "heavy_hoop passive_petals limp_rope basket rigid_rod rod_on_mount rigid_hook first_link_jaws weak_latched_jaws"
+    ),
 }
 """Bodies by the code of scope that says what they are."""
 BY_PHYSICS = {"implausible_inertia": "gyro_worm keel_worm", "free_joint_resists": "damped_worm"}
@@ -159,8 +167,18 @@ def test_before_they_were_refused_most_of_them_were_valid_and_successful():
     assert len(called) >= 18
 
 
+def test_bodies_found_later_were_valid_and_successful_until_rules_were_written_for_them():
+    rows = [row for row in read_rows(BEFORE) if row["commit"] == FOUND_LATER]
+    assert len(rows) == 13
+    for row in rows:
+        assert 2 * row["wins"] >= row["episodes"]
+        assert row["valid"]
+        assert row["errors"] == []
+        assert fingerprint(BY_NAME[row["body"]]) == row["sha256"]
+
+
 def test_bodies_for_tasks_that_came_later_win_and_are_not_valid():
-    later = [row for row in read_rows(BEFORE) if row["commit"] != "2a7e353"]
+    later = [row for row in read_rows(BEFORE) if row["commit"] not in ("2a7e353", FOUND_LATER)]
     assert {row["task"] for row in later} == {"incline", "ball_from_bowl", "crank_turning"}
     for row in later:
         assert 2 * row["wins"] >= row["episodes"]

@@ -111,6 +111,98 @@ def test_a_part_geared_to_a_limb_is_a_linkage(gear: str) -> None:
     assert "cable_on_linkage" in codes(changed(jaws, ("</tendon>", gear)))
 
 
+PINS = {
+    "pinned": '<connect body1="jaw" body2="seg1" anchor="0.01 0 0.02"/>',
+    "welded": '<weld body1="jaw" body2="seg1"/>',
+}
+
+
+@pytest.mark.parametrize("pin", PINS.values(), ids=PINS)
+def test_a_part_joined_to_a_limb_on_a_hinge_of_its_own_is_a_linkage(pin: str) -> None:
+    jaws = ('<body name="base">', f'<body name="base">{JAW}')
+    assert "cable_on_linkage" in codes(changed(jaws, ("</tendon>", f"</tendon><equality>{pin}</equality>")))
+
+
+@pytest.mark.parametrize("joint", ["connect", "weld"])
+def test_limbs_whose_ends_are_joined_are_one_soft_body(joint: str) -> None:
+    other, passive = '<body name="base">', ""
+    for i in (4, 3, 2, 1):
+        passive = (
+            f'<body name="other{i}" pos="{0.03 if i == 1 else 0} 0 0.06"><joint axis="0 1 0" stiffness="0.2" '
+            f'damping="0.02" range="-40 40"/><geom type="capsule" size="0.008" fromto="0 0 0 0 0 0.05" '
+            f'mass="0.005"/>{passive}</body>'
+        )
+    anchor = 'anchor="0 0 0.05"' if joint == "connect" else ""
+    end = f'</tendon><equality><{joint} body1="other4" body2="seg4" {anchor}/>'
+    assert codes(changed((other, other + passive), ("</tendon>", f"{end}</equality>"))) == set()
+
+
+@pytest.mark.parametrize(("reach_m", "rigid"), [(0.11, False), (0.14, True)])
+@pytest.mark.parametrize("link", [1, 2])
+def test_a_rigid_part_on_one_or_two_joints_of_a_limb_reaches_at_most_half_its_length(
+    link: int, reach_m: float, rigid: bool
+) -> None:
+    jaw = f'<geom type="capsule" size="0.002" fromto="0 0 0.01 {reach_m} 0 0.01" mass="0.001"/>'
+    site = f'<site name="left{link}"'
+    assert ("mostly_rigid" in codes(changed((site, jaw + site)))) == rigid
+
+
+def test_a_rigid_part_on_three_joints_may_reach_farther() -> None:
+    rod = '<geom type="capsule" size="0.002" fromto="0 0 0.01 0.14 0 0.01" mass="0.001"/><site name="left3"'
+    assert codes(changed(('<site name="left3"', rod))) == set()
+
+
+@pytest.mark.parametrize(("reach_m", "rigid"), [(0.11, False), (0.14, True)])
+def test_a_rigid_part_on_a_hinge_that_no_cable_bends_reaches_at_most_half_the_longest_limb(
+    reach_m: float, rigid: bool
+) -> None:
+    jaw = JAW.replace("0.04 0 0", f"{reach_m} 0 0")
+    assert ("mostly_rigid" in codes(changed(('<body name="base">', f'<body name="base">{jaw}')))) == rigid
+
+
+CLAMP = (
+    '<body name="jaw" pos="0.05 0 0"><joint name="jaw" {joint} damping="0.01"/><geom type="capsule" '
+    'fromto="0.01 0 0 0.04 0 0" size="0.004" mass="0.005"/><site name="on_jaw" pos="0.03 0 0.005"/></body>'
+    '<site name="on_base" pos="0.05 0 0.03"/>'
+)
+HINGE = 'axis="0 1 0" range="-40 40"'
+LOADED = {
+    "a spring of a tendon": (HINGE, 'stiffness="300" springlength="0.02"'),
+    "of which the stiffness grows": (HINGE, 'stiffness="0 0 5e5" springlength="0.015"'),
+    "a spring of the joint whose stiffness grows": (f'{HINGE} stiffness="0.001 0 0.3" springref="40"', ""),
+    "a spring of a slide": ('type="slide" axis="0 0 1" range="-0.02 0.02" stiffness="20" springref="0.02"', ""),
+}
+
+
+@pytest.mark.parametrize(("joint", "tendon"), LOADED.values(), ids=LOADED)
+def test_a_loaded_spring_on_a_joint_that_no_cable_bends_is_found(joint: str, tendon: str) -> None:
+    spring = f'<spatial name="shut" {tendon}><site site="on_base"/><site site="on_jaw"/></spatial></tendon>'
+    base = '<body name="base">'
+    text = changed((base, base + CLAMP.format(joint=joint)), ("</tendon>", spring if tendon else "</tendon>"))
+    assert "loaded_spring" in codes(text)
+    rest = changed((base, base + CLAMP.format(joint=HINGE + ' stiffness="0.2"')))
+    assert codes(rest) == set()
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "found"), [("0.2 -0.5 0", True), ("0.2 0 -1", True), ("0.2 -0.2 0", False), ("0.2 -0.5 1", False)]
+)
+def test_a_spring_that_pushes_away_from_its_rest_within_the_range_is_found(stiffness: str, found: bool) -> None:
+    assert ("loaded_spring" in codes(changed(('stiffness="0.2"', f'stiffness="{stiffness}"')))) == found
+
+
+def test_a_limit_that_acts_before_the_end_of_the_range_is_a_spring_too() -> None:
+    """The margin of a limit is in radians, whatever the angles are in."""
+    base = '<body name="base">'
+    jaw = f"{base}{CLAMP.format(joint=HINGE)}"
+    assert codes(changed((base, jaw))) == set()
+    assert "loaded_spring" in codes(changed((base, jaw.replace('range="-40 40"', 'range="-40 40" margin="0.75"'))))
+
+
+def test_a_spring_of_a_tendon_that_pushes_away_from_its_rest_is_found() -> None:
+    assert "loaded_spring" in codes(changed(('<spatial name="left">', '<spatial name="left" stiffness="5 -100 0">')))
+
+
 def test_joints_of_one_limb_may_be_coupled() -> None:
     gear = '</tendon><equality><joint joint1="bend4" joint2="bend3"/></equality>'
     assert codes(changed(("</tendon>", gear))) == set()

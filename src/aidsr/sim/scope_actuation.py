@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 
 from aidsr.sim.actuator_force import control_of, output_of
+from aidsr.sim.limbs import SERIES_JOINTS
 from aidsr.sim.scope_reader import PUSH_SHARE, ScopeFinding, ScopeReader
-from aidsr.sim.soft_body import SERIES_JOINTS
 
 RIGID_SHARE = 1.0
 """Largest allowed extent of a rigid part / length of the limbs that cables bend. Posts that carry a limb to its working
@@ -18,6 +18,10 @@ HEAVIEST_SHARE = 0.9
 """Largest allowed mass of a rigid part / moving mass. Our choice: trunks on soft legs have up to 0.8."""
 UNMOVED_SHARE = 0.5
 """Largest allowed mass that no cable moves / moving mass. Our choice."""
+LEVER_SHARE = 0.5
+"""Largest allowed distance of a rigid part from its joint, where fewer than three joints carry it / length of its limb.
+Our choice: 388 published designs and scenes have up to 0.31, limbs of three joints 1/3, and jaws on the first link of a
+limb that points away 0.86."""
 _TRN, _JNT = mujoco.mjtTrn, mujoco.mjtJoint
 _FREE = int(_JNT.mjJNT_FREE)
 _ON_JOINTS = (int(_TRN.mjTRN_JOINT), int(_TRN.mjTRN_JOINTINPARENT))
@@ -111,6 +115,16 @@ def find_limbs(reader: ScopeReader) -> Iterator[ScopeFinding]:
         names = tuple(reader.name("BODY", body) for body in soft.largest_part)
         message = f"a rigid part of {soft.largest_part_m:.3g} m"
         yield ScopeFinding("mostly_rigid", message, names, share, RIGID_SHARE, whole=soft.length_m, whole_unit="m")
+    if soft.lever_m > LEVER_SHARE * soft.lever_limb_m:
+        names = tuple(reader.name("BODY", body) for body in soft.lever_part)
+        message = (
+            f"fewer than {SERIES_JOINTS} joints that cables bend carry a rigid part that reaches {soft.lever_m:.3g} m "
+            "from its joint"
+        )
+        share = soft.lever_m / soft.lever_limb_m
+        yield ScopeFinding(
+            "mostly_rigid", message, names, share, LEVER_SHARE, "of its limb's length", soft.lever_limb_m, "m"
+        )
     for bodies, mass_share, limit, message in (
         (soft.heaviest_part, soft.heaviest_share, HEAVIEST_SHARE, "a rigid part has nearly all of the mass"),
         (soft.unmoved, soft.unmoved_share, UNMOVED_SHARE, "no cable moves these bodies"),

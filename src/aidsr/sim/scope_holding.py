@@ -12,6 +12,7 @@ from aidsr.sim.ownership import equality_bodies, joins_bodies
 from aidsr.sim.scope_reader import ScopeFinding, ScopeReader
 from aidsr.sim.soft_body import unlocked_dofs
 from aidsr.sim.structure import STANDARD_GRAVITY_M_S2
+from aidsr.sim.tendon_effects import length_gradient
 
 Vector = NDArray[np.float64]
 
@@ -30,9 +31,12 @@ LOADED_SHARE = 1.0
 """Largest allowed energy of all springs in the initial pose / (weight x L). Our choice: springs with more energy throw
 the robot up by its length; a blade that springs press on a wall has half of that."""
 _OUTSIDE_RANGE_RAD = 0.02
-"""Angle outside its range at which a joint may start; for a slide, distance / L. Our choice: rounding of degrees."""
+"""Angle outside its range, or inside its margin, at which a joint may start; for a slide, distance / L. Our choice:
+rounding of degrees."""
 _PRELOAD_RAD = 0.1
-"""Deflection of a spring in the initial pose up to which it never counts as loaded."""
+"""Rotation of a joint that relaxes its spring, up to which the spring never counts as loaded."""
+_PRELOAD_SLIDE = 0.02
+"""The same for a slide, as distance / L. Our choice: what 0.1 rad move a point at a fifth of L."""
 _PRELOAD_SHARE = 2.0
 """Torque of a spring in the initial pose / torque of the weight that the joint carries, above which the spring counts
 as loaded if no cable bends the joint. Our choice: a spring that only carries this weight has at most 1."""
@@ -99,26 +103,23 @@ def find_springs(reader: ScopeReader) -> Iterator[ScopeFinding]:
     away: dict[str, float] = {}
     for joint in reader.inner_joints():
         name, at = reader.joint(joint), int(model.jnt_qposadr[joint])
-        if int(model.jnt_type[joint]) == _BALL:
-            stretch = _turn_between(model.qpos0[at : at + 4], model.qpos_spring[at : at + 4])
-        else:
-            stretch = float(model.qpos0[at] - model.qpos_spring[at])
+        stretch = _joint_stretch(model, joint)
+        if int(model.jnt_type[joint]) != _BALL:
             low, high = model.jnt_range[joint]
             outside = max(low - model.qpos0[at], model.qpos0[at] - high) if model.jnt_limited[joint] else 0.0
+            outside += float(model.jnt_margin[joint]) * bool(model.jnt_limited[joint])  # the limit acts before its end
             if outside > (
                 _OUTSIDE_RANGE_RAD if int(model.jnt_type[joint]) == _HINGE else _OUTSIDE_RANGE_RAD * reader.length_m
             ):
                 away[name] = float(outside)
         energy[name] = _spring_energy_j(float(model.jnt_stiffness[joint]), model.jnt_stiffnesspoly[joint], stretch)
-        if model.jnt_stiffness[joint] < 0:
+        if _pushes_away(model.jnt_stiffness[joint], model.jnt_stiffnesspoly[joint], _reach(reader, joint)):
             energy[name] = np.inf
     for tendon in reader.structure.tendons:
-        name, length = reader.name("TENDON", tendon.id), float(reader.data.ten_length[tendon.id])
-        low, high = model.tendon_lengthspring[tendon.id]
-        stretch = max(0.0, length - high) - max(0.0, low - length)
+        name, stretch = reader.name("TENDON", tendon.id), _tendon_stretch(reader, tendon.id)
         stiffness = float(model.tendon_stiffness[tendon.id])
         energy[name] = _spring_energy_j(stiffness, model.tendon_stiffnesspoly[tendon.id], stretch)
-        if stiffness < 0:
+        if _pushes_away(stiffness, model.tendon_stiffnesspoly[tendon.id], reader.length_m):
             energy[name] = np.inf
     allowed_j = LOADED_SHARE * reader.weight_n * reader.length_m
     whole = sum(energy.values())
@@ -144,16 +145,55 @@ def find_springs(reader: ScopeReader) -> Iterator[ScopeFinding]:
 
 
 def _throws(reader: ScopeReader, joint: int) -> bool:
-    """Return whether the spring of a hinge that no cable bends is loaded far beyond the weight that it carries."""
-    model, data = reader.model, reader.data
-    body, at = int(model.jnt_bodyid[joint]), int(model.jnt_qposadr[joint])
-    if body in reader.soft.bent or int(model.jnt_type[joint]) != _HINGE:
+    """Return whether springs on a joint that no cable bends are loaded far beyond the weight that it carries.
+
+    These are the joint's own spring and those of tendons that act on it.
+    """
+    model, data, dof = reader.model, reader.data, int(reader.model.jnt_dofadr[joint])
+    body, kind = int(model.jnt_bodyid[joint]), int(model.jnt_type[joint])
+    if body in reader.soft.bent:
         return False
-    stretch = abs(float(model.qpos0[at] - model.qpos_spring[at]))
-    lever_m = float(np.linalg.norm(data.subtree_com[body] - data.xanchor[joint]))
-    carried = float(model.body_subtreemass[body]) * STANDARD_GRAVITY_M_S2 * lever_m
-    torque = abs(float(model.jnt_stiffness[joint])) * stretch
-    return stretch > _PRELOAD_RAD and torque > _PRELOAD_SHARE * carried
+    slides = kind == _SLIDE
+    lever = 1.0 if slides else float(np.linalg.norm(data.subtree_com[body] - data.xanchor[joint]))
+    carried = float(model.body_subtreemass[body]) * STANDARD_GRAVITY_M_S2 * lever
+    pulls, relaxed = [0.0], [0.0]
+    stretch = _joint_stretch(model, joint)
+    pulls.append(_spring_force(float(model.jnt_stiffness[joint]), model.jnt_stiffnesspoly[joint], stretch))
+    relaxed.append(abs(stretch) if pulls[-1] else 0.0)
+    for tendon in reader.structure.tendons:
+        arm, stretch = float(length_gradient(model, data, tendon.id)[dof]), _tendon_stretch(reader, tendon.id)
+        force = _spring_force(float(model.tendon_stiffness[tendon.id]), model.tendon_stiffnesspoly[tendon.id], stretch)
+        if kind != _BALL and abs(arm) > np.finfo(float).eps and force:
+            pulls.append(arm * force)
+            relaxed.append(abs(stretch / arm))
+    torque, room = abs(sum(pulls)), _PRELOAD_SLIDE * reader.length_m if slides else _PRELOAD_RAD
+    return max(relaxed) > room and torque > _PRELOAD_SHARE * carried
+
+
+def _joint_stretch(model: mujoco.MjModel, joint: int) -> float:
+    """Return the deflection of a joint's spring in the reference pose [rad; m for a slide]."""
+    at = int(model.jnt_qposadr[joint])
+    if int(model.jnt_type[joint]) == _BALL:
+        return _turn_between(model.qpos0[at : at + 4], model.qpos_spring[at : at + 4])
+    return float(model.qpos0[at] - model.qpos_spring[at])
+
+
+def _tendon_stretch(reader: ScopeReader, tendon: int) -> float:
+    """Return the deflection of a tendon's spring in the reference pose [m]; negative if it is pressed together."""
+    length, (low, high) = float(reader.data.ten_length[tendon]), reader.model.tendon_lengthspring[tendon]
+    return float(max(0.0, length - high) - max(0.0, low - length))
+
+
+def _reach(reader: ScopeReader, joint: int) -> float:
+    """Return how far a joint's spring can be deflected within the joint's range [rad; m for a slide]."""
+    model, at = reader.model, int(reader.model.jnt_qposadr[joint])
+    kind = int(model.jnt_type[joint])
+    if not model.jnt_limited[joint]:
+        return reader.length_m if kind == _SLIDE else 2 * np.pi
+    low, high = model.jnt_range[joint]
+    if kind == _BALL:
+        return float(high) + _joint_stretch(model, joint)
+    return float(max(abs(low - model.qpos_spring[at]), abs(high - model.qpos_spring[at])))
 
 
 def find_outside_forces(reader: ScopeReader) -> Iterator[ScopeFinding]:
@@ -208,6 +248,18 @@ def _turn_between(one: Vector, other: Vector) -> float:
     velocity = np.zeros(3)
     mujoco.mju_subQuat(velocity, np.asarray(one), np.asarray(other))
     return float(np.linalg.norm(velocity))
+
+
+def _spring_force(stiffness: float, poly: Vector, stretch: float) -> float:
+    """Return the force with which a spring returns to its rest [N; N m for a rotation]; see `_spring_energy_j`."""
+    x = abs(stretch)
+    return -float(np.sign(stretch)) * x * (abs(stiffness) + float(poly[0]) * x + float(poly[1]) * x**2)
+
+
+def _pushes_away(stiffness: float, poly: Vector, reach: float) -> bool:
+    """Return whether a spring pushes away from its rest at a deflection up to `reach`; see `_spring_energy_j`."""
+    x = np.linspace(0.0, reach, 101)
+    return bool((stiffness + poly[0] * x + poly[1] * x**2 < 0).any())
 
 
 def _spring_energy_j(stiffness: float, poly: Vector, stretch: float) -> float:

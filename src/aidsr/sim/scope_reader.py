@@ -9,7 +9,8 @@ import numpy as np
 
 from aidsr.sim.actuator_force import end_forces, output_of
 from aidsr.sim.drive import Drive, read_drives
-from aidsr.sim.soft_body import EVEN_JOINTS, SERIES_JOINTS, SoftBody, read_soft_body
+from aidsr.sim.limbs import EVEN_JOINTS, SERIES_JOINTS
+from aidsr.sim.soft_body import SoftBody, read_soft_body
 from aidsr.sim.structure import Structure, name_of
 
 PUSH_SHARE = 0.1

@@ -79,16 +79,30 @@ def _is_strained(robot: RobotUnderTest) -> bool:
 
 
 def _find_negative_damping(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find joints and tendons with negative damping, which adds energy; MuJoCo accepts it without a warning."""
+    """Find joints, tendons and actuators with negative damping, which adds energy; MuJoCo accepts it silently.
+
+    Of polynomial damping, the lowest of the three numbers counts.
+    """
     model, structure = robot.model, robot.structure
-    dofs = {int(model.dof_jntid[dof]): float(model.dof_damping[dof]) for dof in range(model.nv)}
-    found = {robot.joint(joint): (dofs[joint], _damping_unit(robot, joint)) for joint in structure.joints}
-    found |= {robot.tendon(each.id): (float(model.tendon_damping[each.id]), "N s/m") for each in structure.tendons}
-    negative = {name: damping for name, damping in found.items() if damping[0] < 0}
+    dofs = {int(model.dof_jntid[dof]): dof for dof in range(model.nv)}
+    found = [
+        (
+            robot.joint(joint),
+            _lowest(model.dof_damping, model.dof_dampingpoly, dofs[joint]),
+            _damping_unit(robot, joint),
+        )
+        for joint in structure.joints
+    ]
+    for each in structure.tendons:
+        found.append((robot.tendon(each.id), _lowest(model.tendon_damping, model.tendon_dampingpoly, each.id), "N s/m"))
+    for actuator in structure.actuators:
+        damping = _lowest(model.actuator_damping, model.actuator_dampingpoly, actuator)
+        found.append((robot.actuator(actuator), damping, "N s/m"))
+    negative = [each for each in found if each[1] < 0]
     if negative:
-        lowest, unit = min(negative.values())
+        _, lowest, unit = min(negative, key=lambda each: each[1])
         yield ENERGY_GROWTH.fault(
-            names=tuple(negative),
+            names=tuple(dict.fromkeys(name for name, _, _ in negative)),
             measured=lowest,
             limit=0,
             unit=unit,
@@ -96,6 +110,11 @@ def _find_negative_damping(robot: RobotUnderTest) -> Iterator[Fault]:
             cure="Make damping positive.",
             first_time_s=0.0,
         )
+
+
+def _lowest(damping: NDArray[np.float64], poly: NDArray[np.float64], index: int) -> float:
+    """Return the lowest of the coefficients of polynomial damping."""
+    return float(min(damping[index], *poly[index]))
 
 
 def _damping_unit(robot: RobotUnderTest, joint: int) -> str:
@@ -119,7 +138,7 @@ ENERGY_GROWTH = Rule(
     finds="The robot gains mechanical energy while nothing drives it, or a damping is negative.",
     why="The energy of a passive mechanism with losses can only fall: a rise is made by the integrator or by a sign.",
     limit="rise of mechanical energy / (m g L), where all actuators are slack tendon actuators: at most "
-    f"{ENERGY_OF_WEIGHT:g}; damping: at least 0",
+    f"{ENERGY_OF_WEIGHT:g}; damping of joints, tendons and actuators, each number of a polynomial one: at least 0",
     check=_find_energy_growth,
     unit="m g L",
     cure="Raise joint damping, or reduce the time step.",

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from aidsr.core.artifacts import Fault
 from aidsr.sim.actuator_force import control_of, is_integrator
-from aidsr.sim.soft_body import SERIES_JOINTS
+from aidsr.sim.limbs import SERIES_JOINTS
 from aidsr.sim.structure import Chain
 from aidsr.validation.consequences import COLLAPSE, NO_MOTION, SHAKING
 from aidsr.validation.robot_under_test import RobotUnderTest

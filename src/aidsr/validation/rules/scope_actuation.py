@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from aidsr.core.artifacts import Fault
+from aidsr.sim.limbs import SERIES_JOINTS
 from aidsr.sim.scope_reader import PUSH_SHARE
-from aidsr.sim.soft_body import SERIES_JOINTS
 from aidsr.validation.curves import Array, actuator_signal
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage

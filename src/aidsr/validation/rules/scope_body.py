@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from aidsr.sim.scope_actuation import HEAVIEST_SHARE, RIGID_SHARE, UNMOVED_SHARE
-from aidsr.sim.soft_body import SERIES_JOINTS
+from aidsr.sim.limbs import SERIES_JOINTS
+from aidsr.sim.scope_actuation import HEAVIEST_SHARE, LEVER_SHARE, RIGID_SHARE, UNMOVED_SHARE
 from aidsr.validation.consequences import NO_MOTION
 from aidsr.validation.rule import Example, Rule, Stage
 from aidsr.validation.scope_check import added, find_out_of_scope_faults, inside
@@ -14,7 +14,8 @@ FEW_BENT_JOINTS = Rule(
     finds="No cable bends three or more joints one after the other.",
     why="A limb whose joints are as good as rigid, or that no cable passes, is a rod or a decoration.",
     limit="joints in series that the strongest cable bends by their share of 6 degrees, within ten seconds, against "
-    f"springs, damping, friction and locks, and that share the bending: at least {SERIES_JOINTS}",
+    "springs, damping, friction and stops of joints and of tendons, locks and gears, and that share the bending: at "
+    f"least {SERIES_JOINTS}",
     check=find_out_of_scope_faults,
     unit="bent joints in series",
     cure="Lead a cable along three or more joints, beside the backbone, and make them soft enough for it.",
@@ -38,7 +39,8 @@ CABLE_ON_LINKAGE = Rule(
     finds="A cable turns a rigid part on a hinge of its own, or slides one, directly or through a limb's joints.",
     why="Then a mechanism of rigid parts does the work, beside a soft limb that is there for show.",
     limit="bodies that cables, or joint or tendon equalities with the joints of a limb on a cable, move on joints "
-    "outside limbs of three or more bent joints: 0",
+    "outside limbs of three or more bent joints: 0; the same for connect and weld constraints, which may join limbs of "
+    "three or more joints, bent by cables or not",
     check=find_out_of_scope_faults,
     unit="bodies",
     cure="Make that part a soft limb of three or more joints, or let the cables of a soft limb move it.",
@@ -61,10 +63,13 @@ MOSTLY_RIGID = Rule(
     code="mostly_rigid",
     stage=Stage.SCOPE,
     finds="A rigid part makes up most of the robot, in length or in mass, or no cable moves most of its mass.",
-    why="A basket, a rod or a heavy hull does such a robot's work, and its soft limb is there for show.",
+    why="A basket, a rod, a heavy hull or a jaw on a limb's first joint does such a robot's work, and its soft limb is "
+    "there for show.",
     limit=f"extent of the largest rigid part / length of the limbs that cables bend: at most {RIGID_SHARE:g}, a "
-    f"post between mount and limb aside; mass of the heaviest rigid part / moving mass: at most "
-    f"{HEAVIEST_SHARE:g}; mass that no cable of a mounted robot moves: at most {UNMOVED_SHARE:g}",
+    f"post between mount and limb aside; distance of a rigid part from its joint, where fewer than {SERIES_JOINTS} "
+    f"joints that cables bend carry it / length of its limb: at most {LEVER_SHARE:g}; mass of the heaviest rigid part "
+    f"/ moving mass: at most {HEAVIEST_SHARE:g}; mass that no cable of a mounted robot moves: at most "
+    f"{UNMOVED_SHARE:g}",
     check=find_out_of_scope_faults,
     unit="of the length that cables bend",
     cure="Make the rigid part smaller or lighter, or the soft limbs longer.",

@@ -37,8 +37,9 @@ LOADED_SPRING = Rule(
     finds="Springs are loaded in the initial pose, have a negative stiffness, or a joint starts outside its range.",
     why="What is stored before the start throws the robot without a cable's work, as a catapult does.",
     limit=f"energy of all springs in the initial pose / (m g L): at most {LOADED_SHARE:g}; negative stiffness: "
-    "none; start outside the range: at most 0.02 rad; springs of joints that no cable bends, loaded beyond twice the "
-    "weight behind them: none",
+    "none; start outside the range: at most 0.02 rad; springs of joints and tendons that turn or slide what no cable "
+    "bends, loaded beyond twice the weight behind them: none. A polynomial stiffness counts as what it is within the "
+    "joint's range",
     check=find_out_of_scope_faults,
     unit="m g L",
     cure="Let springref and springlength be where the joint or tendon is drawn, within the joint's range.",
