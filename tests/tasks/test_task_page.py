@@ -31,8 +31,8 @@ def test_every_task_has_a_section_with_a_picture_and_all_facts(name):
     for fact in ("varies", "base", "progress", "stages", "success", "penalty", "ends early", "time"):
         (text,) = re.findall(rf"^\| {fact} \| (.+) \|$", section, re.MULTILINE)
         assert len(text) > 3
-    rows = re.findall(r"^\| (\d+)(?:-\d+)? \|", section, re.MULTILINE)
-    assert rows[0] == "0"
+    rows = re.findall(r"^\| f(\d+)(?:-f\d+)? \|", section, re.MULTILINE)
+    assert rows[0] == "1"
     assert len(rows) >= 4
     assert "\nSource: " in section or name == "grasping/delicate_grasping"
 

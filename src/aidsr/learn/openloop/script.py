@@ -22,6 +22,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import excerpt
@@ -94,7 +95,7 @@ class Condition:
     limit: float
     """Limit in the unit of the feature."""
 
-    def holds(self, features: FloatArray) -> BoolArray:
+    def holds(self, features: NDArray[np.floating]) -> BoolArray:
         """Return whether it holds for the features of each episode, (n, f) -> (n,)."""
         values = features[:, self.feature - 1]
         return np.asarray(values > self.limit if self.is_above else values < self.limit)
@@ -114,7 +115,7 @@ class Block:
     """Time after which a block is chosen again [s]; infinite for the rest of the episode."""
     tracks: dict[str, Track] = field(default_factory=dict)
 
-    def holds(self, features: FloatArray) -> BoolArray:
+    def holds(self, features: NDArray[np.floating]) -> BoolArray:
         """Return whether all conditions hold for the features of each episode, (n, f) -> (n,)."""
         held = np.ones(len(features), dtype=np.bool_)
         for condition in self.conditions:

@@ -100,7 +100,7 @@ class ScriptPlayback:
             action[here] = self._blocks[index].at((time_s - self._began_s)[here])
         return action
 
-    def _choose(self, rows: NDArray[np.intp], time_s: FloatArray, features: FloatArray) -> None:
+    def _choose(self, rows: NDArray[np.intp], time_s: FloatArray, features: NDArray[np.floating]) -> None:
         """Begin the first block whose conditions hold, in the given episodes."""
         holds = np.array([each.block.holds(features[rows]) for each in self._blocks])
         self._playing[rows], self._began_s[rows] = holds.argmax(axis=0), time_s[rows]

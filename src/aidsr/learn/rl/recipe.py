@@ -174,7 +174,7 @@ class Recipe(Artifact):
         """Return the scene as a policy of this recipe acts in it: actions are held, and correct the script if any.
 
         Raises:
-            UserError: The script cannot be read, or names a group that the scene does not have.
+            UserError: The script cannot be read, or names a group or a feature that the scene does not have.
         """
         from aidsr.learn.openloop.script_policy import script_policy
 
