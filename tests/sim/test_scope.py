@@ -245,6 +245,10 @@ def test_an_exclusion_between_parts_of_the_robot_and_with_its_mount_is_allowed()
     assert codes(free) == {"contact_excluded"}
 
 
+def test_a_robot_without_joints_has_no_tendons() -> None:
+    assert "no_tendons" in codes("<mujoco><worldbody><body name='arm'><geom size='0.1'/></body></worldbody></mujoco>")
+
+
 def test_a_robot_without_bodies_has_no_tendons() -> None:
     assert "no_tendons" in codes("<mujoco><worldbody><geom size='0.1'/></worldbody></mujoco>")
 

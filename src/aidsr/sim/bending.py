@@ -171,7 +171,7 @@ def _read_elements(model: mujoco.MjModel, data: mujoco.MjData, bent: mujoco.MjDa
     tied = np.asarray(model.tendon_limited, dtype=bool)[tendons]
     slack = np.asarray(model.tendon_margin)[tendons]
     spans = np.asarray(model.tendon_range)[tendons].reshape(-1, 2)
-    gradients = np.array([length_gradient(model, bent, tendon) for tendon in tendons]).reshape(-1, model.nv)
+    gradients = np.array([length_gradient(model, bent, tendon) for tendon in tendons]).reshape(len(tendons), model.nv)
     return _Elements(
         rows=np.concatenate([np.eye(model.nv), gradients]),
         at=np.concatenate([start, lengths]),

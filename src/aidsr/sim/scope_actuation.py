@@ -19,9 +19,9 @@ HEAVIEST_SHARE = 0.9
 UNMOVED_SHARE = 0.5
 """Largest allowed mass that no cable moves / moving mass. Our choice."""
 LEVER_SHARE = 0.5
-"""Largest allowed distance of a rigid part from its joint, where fewer than three joints carry it / length of its limb.
-Our choice: 388 published designs and scenes have up to 0.31, limbs of three joints 1/3, and jaws on the first link of a
-limb that points away 0.86."""
+"""Largest allowed distance of a rigid part from its joint, where fewer than three joints that cables bend carry it /
+length of its limb. Our choice: 388 published designs and scenes have up to 0.31, 400 robots of the corpus's writers up
+to 0.34, jaws on the first link of a limb that points away 0.86, jaws that a limb of 0.15 m releases 0.71."""
 _TRN, _JNT = mujoco.mjtTrn, mujoco.mjtJoint
 _FREE = int(_JNT.mjJNT_FREE)
 _ON_JOINTS = (int(_TRN.mjTRN_JOINT), int(_TRN.mjTRN_JOINTINPARENT))
