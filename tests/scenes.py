@@ -48,6 +48,15 @@ def small_arm(tension: float = 8.0, damping: float = 0.02, third: str = "") -> s
     return text.replace('damping="0.02"', f'damping="{damping}"')
 
 
+def changed_arm(*pairs: tuple[str, str]) -> str:
+    """Return the small arm with texts replaced by others: (old, new), in order."""
+    text = small_arm()
+    for old, new in pairs:
+        assert old in text, old
+        text = text.replace(old, new)
+    return text
+
+
 @cache
 def small_scene(task_name: str = "button_pushing", **changes) -> str:
     """The small arm at a task with a fixed mount."""

@@ -13,20 +13,12 @@ from aidsr.sim.scope import find_out_of_scope
 from aidsr.sim.soft_body import read_soft_body
 from aidsr.sim.structure import read_structure
 from aidsr.sim.tendon_effects import unit_pull
-from scenes import small_arm
+from scenes import changed_arm, small_arm
 
 PULL_N = 2.0
 PLAIN = 'stiffness="0.2" damping="0.02" range="-40 40"'
 WHOLE = 0.2 + 0.02 / 10
 """Resistance of a joint of the small arm within ten seconds [N m/rad]."""
-
-
-def changed(*pairs: tuple[str, str]) -> str:
-    text = small_arm()
-    for old, new in pairs:
-        assert old in text, old
-        text = text.replace(old, new)
-    return text
 
 
 def tied(attributes: str, *, over: int = 1) -> str:
@@ -37,7 +29,7 @@ def tied(attributes: str, *, over: int = 1) -> str:
     joints = [f'<joint joint="bend{i}" coef="1"/>' for i in (2, 3, 4)]
     groups = joints if over == 1 else ["".join(joints)]
     tendons = "".join(f'<fixed name="belt{k}" {attributes}>{group}</fixed>' for k, group in enumerate(groups))
-    return changed(("</tendon>", f"{tendons}</tendon>"))
+    return changed_arm(("</tendon>", f"{tendons}</tendon>"))
 
 
 def geared(kind: str, polynomial: str = "0 0.05 0 0 0") -> str:
@@ -45,12 +37,12 @@ def geared(kind: str, polynomial: str = "0 0.05 0 0 0") -> str:
     fixed = "".join(f'<fixed name="belt{i}"><joint joint="bend{i}" coef="1"/></fixed>' for i in range(1, 5))
     name = "belt" if kind == "tendon" else "bend"
     equal = "".join(f'<{kind} {kind}1="{name}{i}" {kind}2="{name}1" polycoef="{polynomial}"/>' for i in (2, 3, 4))
-    return changed(("</tendon>", f"{fixed if kind == 'tendon' else ''}</tendon><equality>{equal}</equality>"))
+    return changed_arm(("</tendon>", f"{fixed if kind == 'tendon' else ''}</tendon><equality>{equal}</equality>"))
 
 
 def stiffened(attributes: str) -> str:
     """Return the small arm whose joints have other attributes."""
-    return changed((PLAIN, attributes))
+    return changed_arm((PLAIN, attributes))
 
 
 RIGID = {

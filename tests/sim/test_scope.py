@@ -8,20 +8,12 @@ from aidsr.mjcf.compile import compile_mjcf
 from aidsr.sim.scope import find_out_of_scope
 from aidsr.sim.soft_body import read_soft_body
 from aidsr.sim.structure import read_structure
-from scenes import builtin_scene, small_arm, small_scene
+from scenes import builtin_scene, changed_arm, small_arm, small_scene
 
 
 def codes(mjcf: str) -> set[str]:
     model = compile_mjcf(mjcf)
     return {finding.code for finding in find_out_of_scope(model, read_structure(model))}
-
-
-def changed(*pairs: tuple[str, str]) -> str:
-    text = small_arm()
-    for old, new in pairs:
-        assert old in text, old
-        text = text.replace(old, new)
-    return text
 
 
 @pytest.mark.parametrize("task", ["flat_ground", "gap", "drawer_opening", "simple_grasping"])
@@ -50,21 +42,21 @@ def _read(mjcf: str):
 
 
 def test_a_joint_that_only_a_stiff_spring_holds_is_no_axle() -> None:
-    assert codes(changed((' range="-40 40"', ""))) == set()
-    assert codes(changed((' range="-40 40"', ""), ('stiffness="0.2"', 'stiffness="0"'))) >= {"wheel"}
+    assert codes(changed_arm((' range="-40 40"', ""))) == set()
+    assert codes(changed_arm((' range="-40 40"', ""), ('stiffness="0.2"', 'stiffness="0"'))) >= {"wheel"}
 
 
 @pytest.mark.parametrize(("apart_m", "wheel"), [(0.002, True), (0.03, False)])
 def test_hinges_about_one_line_turn_as_one(apart_m: float, wheel: bool) -> None:
     ranges = (' range="-40 40"', ' range="-100 100"'), ('stiffness="0.2"', 'stiffness="0.005"')
-    assert codes(changed(*ranges)) == set()
+    assert codes(changed_arm(*ranges)) == set()
     inner = '<geom type="capsule" size="0.004" fromto="0 -0.02 0 0 0.02 0" mass="0.005"/>'
     for k in range(2):
         inner = (
             f'<body name="disc{k}" pos="{apart_m} 0.01 0"><joint axis="0 1 0" range="-100 100" damping="0.001"/>'
             f'<geom size="0.004" mass="0.001"/>{inner}</body>'
         )
-    found = codes(changed(('<body name="base">', f'<body name="base">{inner}')))
+    found = codes(changed_arm(('<body name="base">', f'<body name="base">{inner}')))
     assert ("wheel" in found) == wheel
 
 
@@ -107,8 +99,8 @@ GEARS = {
 def test_a_part_geared_to_a_limb_is_a_linkage(gear: str) -> None:
     more = JAW.replace("jaw", "more").replace("0.05 0 0", "0 0.05 0")
     jaws = ('<body name="base">', f'<body name="base">{JAW}{more}')
-    assert "cable_on_linkage" not in codes(changed(jaws))
-    assert "cable_on_linkage" in codes(changed(jaws, ("</tendon>", gear)))
+    assert "cable_on_linkage" not in codes(changed_arm(jaws))
+    assert "cable_on_linkage" in codes(changed_arm(jaws, ("</tendon>", gear)))
 
 
 PINS = {
@@ -120,7 +112,7 @@ PINS = {
 @pytest.mark.parametrize("pin", PINS.values(), ids=PINS)
 def test_a_part_joined_to_a_limb_on_a_hinge_of_its_own_is_a_linkage(pin: str) -> None:
     jaws = ('<body name="base">', f'<body name="base">{JAW}')
-    assert "cable_on_linkage" in codes(changed(jaws, ("</tendon>", f"</tendon><equality>{pin}</equality>")))
+    assert "cable_on_linkage" in codes(changed_arm(jaws, ("</tendon>", f"</tendon><equality>{pin}</equality>")))
 
 
 @pytest.mark.parametrize("joint", ["connect", "weld"])
@@ -134,7 +126,7 @@ def test_limbs_whose_ends_are_joined_are_one_soft_body(joint: str) -> None:
         )
     anchor = 'anchor="0 0 0.05"' if joint == "connect" else ""
     end = f'</tendon><equality><{joint} body1="other4" body2="seg4" {anchor}/>'
-    assert codes(changed((other, other + passive), ("</tendon>", f"{end}</equality>"))) == set()
+    assert codes(changed_arm((other, other + passive), ("</tendon>", f"{end}</equality>"))) == set()
 
 
 @pytest.mark.parametrize(("reach_m", "rigid"), [(0.11, False), (0.14, True)])
@@ -144,12 +136,12 @@ def test_a_rigid_part_on_one_or_two_joints_of_a_limb_reaches_at_most_half_its_le
 ) -> None:
     jaw = f'<geom type="capsule" size="0.002" fromto="0 0 0.01 {reach_m} 0 0.01" mass="0.001"/>'
     site = f'<site name="left{link}"'
-    assert ("mostly_rigid" in codes(changed((site, jaw + site)))) == rigid
+    assert ("mostly_rigid" in codes(changed_arm((site, jaw + site)))) == rigid
 
 
 def test_a_rigid_part_on_three_joints_may_reach_farther() -> None:
     rod = '<geom type="capsule" size="0.002" fromto="0 0 0.01 0.14 0 0.01" mass="0.001"/><site name="left3"'
-    assert codes(changed(('<site name="left3"', rod))) == set()
+    assert codes(changed_arm(('<site name="left3"', rod))) == set()
 
 
 @pytest.mark.parametrize(("reach_m", "rigid"), [(0.11, False), (0.14, True)])
@@ -157,7 +149,7 @@ def test_a_rigid_part_on_a_hinge_that_no_cable_bends_reaches_at_most_half_the_lo
     reach_m: float, rigid: bool
 ) -> None:
     jaw = JAW.replace("0.04 0 0", f"{reach_m} 0 0")
-    assert ("mostly_rigid" in codes(changed(('<body name="base">', f'<body name="base">{jaw}')))) == rigid
+    assert ("mostly_rigid" in codes(changed_arm(('<body name="base">', f'<body name="base">{jaw}')))) == rigid
 
 
 CLAMP = (
@@ -178,9 +170,9 @@ LOADED = {
 def test_a_loaded_spring_on_a_joint_that_no_cable_bends_is_found(joint: str, tendon: str) -> None:
     spring = f'<spatial name="shut" {tendon}><site site="on_base"/><site site="on_jaw"/></spatial></tendon>'
     base = '<body name="base">'
-    text = changed((base, base + CLAMP.format(joint=joint)), ("</tendon>", spring if tendon else "</tendon>"))
+    text = changed_arm((base, base + CLAMP.format(joint=joint)), ("</tendon>", spring if tendon else "</tendon>"))
     assert "loaded_spring" in codes(text)
-    rest = changed((base, base + CLAMP.format(joint=HINGE + ' stiffness="0.2"')))
+    rest = changed_arm((base, base + CLAMP.format(joint=HINGE + ' stiffness="0.2"')))
     assert codes(rest) == set()
 
 
@@ -188,37 +180,39 @@ def test_a_loaded_spring_on_a_joint_that_no_cable_bends_is_found(joint: str, ten
     ("stiffness", "found"), [("0.2 -0.5 0", True), ("0.2 0 -1", True), ("0.2 -0.2 0", False), ("0.2 -0.5 1", False)]
 )
 def test_a_spring_that_pushes_away_from_its_rest_within_the_range_is_found(stiffness: str, found: bool) -> None:
-    assert ("loaded_spring" in codes(changed(('stiffness="0.2"', f'stiffness="{stiffness}"')))) == found
+    assert ("loaded_spring" in codes(changed_arm(('stiffness="0.2"', f'stiffness="{stiffness}"')))) == found
 
 
 def test_a_limit_that_acts_before_the_end_of_the_range_is_a_spring_too() -> None:
     """The margin of a limit is in radians, whatever the angles are in."""
     base = '<body name="base">'
     jaw = f"{base}{CLAMP.format(joint=HINGE)}"
-    assert codes(changed((base, jaw))) == set()
-    assert "loaded_spring" in codes(changed((base, jaw.replace('range="-40 40"', 'range="-40 40" margin="0.75"'))))
+    assert codes(changed_arm((base, jaw))) == set()
+    assert "loaded_spring" in codes(changed_arm((base, jaw.replace('range="-40 40"', 'range="-40 40" margin="0.75"'))))
 
 
 def test_a_spring_of_a_tendon_that_pushes_away_from_its_rest_is_found() -> None:
-    assert "loaded_spring" in codes(changed(('<spatial name="left">', '<spatial name="left" stiffness="5 -100 0">')))
+    assert "loaded_spring" in codes(
+        changed_arm(('<spatial name="left">', '<spatial name="left" stiffness="5 -100 0">'))
+    )
 
 
 def test_joints_of_one_limb_may_be_coupled() -> None:
     gear = '</tendon><equality><joint joint1="bend4" joint2="bend3"/></equality>'
-    assert codes(changed(("</tendon>", gear))) == set()
+    assert codes(changed_arm(("</tendon>", gear))) == set()
 
 
 def test_discs_that_collide_stand_for_the_backbone_between_them() -> None:
-    bare = changed(('mass="0.01"/>', 'mass="0.01" contype="0" conaffinity="0"/>'))
+    bare = changed_arm(('mass="0.01"/>', 'mass="0.01" contype="0" conaffinity="0"/>'))
     assert "ghost_shape" in codes(bare)
     disc = 'mass="0.01" contype="0" conaffinity="0"/>'
     for at in (0.01, 0.03, 0.05):
         disc += f'<geom type="cylinder" size="0.012 0.001" pos="0 0 {at}" mass="0.001"/>'
-    assert codes(changed(('mass="0.01"/>', disc))) == set()
+    assert codes(changed_arm(('mass="0.01"/>', disc))) == set()
 
 
 def test_a_gap_that_lets_others_enter_is_as_good_as_no_contact() -> None:
-    assert "ghost_shape" in codes(changed(('mass="0.01"/>', 'mass="0.01" gap="0.5"/>')))
+    assert "ghost_shape" in codes(changed_arm(('mass="0.01"/>', 'mass="0.01" gap="0.5"/>')))
 
 
 @pytest.mark.parametrize(("up_m", "in_the_air"), [(0.058, False), (0.069, False), (0.071, True), (0.45, True)])
@@ -238,10 +232,10 @@ def test_a_shape_that_touches_nothing_does_not_bring_a_functional_part_to_the_ro
 
 def test_an_exclusion_between_parts_of_the_robot_and_with_its_mount_is_allowed() -> None:
     inside = "<contact><exclude body1='seg1' body2='seg3'/></contact><tendon>"
-    assert codes(changed(("<tendon>", inside))) == set()
+    assert codes(changed_arm(("<tendon>", inside))) == set()
     mount = "<contact><exclude body1='world' body2='seg1'/></contact><tendon>"
-    assert codes(changed(("<tendon>", mount))) == set()
-    free = changed(("<tendon>", mount), ('<body name="base">', '<body name="base"><freejoint/>'))
+    assert codes(changed_arm(("<tendon>", mount))) == set()
+    free = changed_arm(("<tendon>", mount), ('<body name="base">', '<body name="base"><freejoint/>'))
     assert codes(free) == {"contact_excluded"}
 
 
